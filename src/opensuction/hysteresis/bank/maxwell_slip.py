@@ -182,6 +182,12 @@ def with_factors(model: MaxwellSlip, factors: Array) -> MaxwellSlip:
     )
 
 
+def share_out(model: MaxwellSlip) -> Array:
+    """Share of each element in the loop, by what it adds when it slips, shape (elements,)."""
+    heights: Array = np.sqrt(np.mean(model.gains * model.gains, axis=1)) * model.reaches_mm
+    return heights / max(float(heights.sum()), 1e-300)
+
+
 def refuse_inverse(_model: MaxwellSlip, _state: ModelState, _target_mm: float) -> InverseMove:
     """No move: the output of slipping elements may move the wrong way after any reversal."""
     return InverseMove(move_mm=0.0, reached=False)

@@ -1,5 +1,6 @@
 """The catalogue's entry of the generalised model: Dahl states and plays side by side."""
 
+from collections.abc import Iterable
 from itertools import product
 
 import numpy as np
@@ -20,6 +21,9 @@ DECAY_SETS = ((0.1,), (0.03, 0.1), (0.01, 0.03, 0.1, 0.3))
 """Decay lengths of the generalised model, as shares of the range of the input: from one state to
 four, threefold apart."""
 
+WIDE = (0.02, 0.08, 0.2, 0.32, 0.44, 0.56, 0.68, 0.8, 0.92)
+"""Full widths of its plays for gaps of a good part of the range, likewise."""
+
 WIDTH_SETS = ((), (0.02, 0.08, 0.32), (0.01, 0.02, 0.04, 0.08, 0.16, 0.32))
 """Full widths of its plays, likewise: none, fourfold and twofold apart."""
 
@@ -28,7 +32,11 @@ DEGREES = (1, 3, 5)
 Higher ones follow noise (found on recordings of a tendon-driven tool)."""
 
 
-def _guess_generalised(ranges: Ranges) -> list[Generalised]:
+Lengths = tuple[float, ...]
+
+
+def _guess(ranges: Ranges, sets: Iterable[tuple[Lengths, Lengths]]) -> list[Generalised]:
+    """Of every degree with each of some pairs of decay lengths and widths."""
     return [
         generalised.on_range(
             ranges.input_low_mm,
@@ -37,7 +45,7 @@ def _guess_generalised(ranges: Ranges) -> list[Generalised]:
             ranges.input_mm * np.array(widths),
             degree,
         )
-        for decays, widths, degree in product(DECAY_SETS, WIDTH_SETS, DEGREES)
+        for (decays, widths), degree in product(sets, DEGREES)
     ]
 
 
@@ -67,7 +75,8 @@ GENERALISED = HysteresisModel(
         ModelParameter("envelope_mm", "c_k", "mm", "coefficients of the envelope on -1 to 1"),
     ),
     form=LinearForm(
-        initial_guesses=_guess_generalised,
+        initial_guesses=lambda ranges: _guess(ranges, product(DECAY_SETS, WIDTH_SETS)),
+        wide_guesses=lambda ranges: _guess(ranges, [(DECAY_SETS[1], WIDE)]),
         penalties=(1e-6, 1e-5, 1e-4),  # a thousandth to a hundredth of a column in amplitude
         nonnegative=False,
         basis=generalised.basis,

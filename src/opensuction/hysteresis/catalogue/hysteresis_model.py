@@ -132,6 +132,8 @@ class LinearForm(NamedTuple):
     """The record with other factors; its elements are kept."""
     parameters: Callable[[Record, Ranges], list[FitParameter]]
     """Names and units of the factors."""
+    wide_guesses: Callable[[Ranges], list[Record]] | None = None
+    """Records for loops that none of the others is wide enough for; None where these reach all."""
 
 
 def name_element(kind: str, length_mm: float, ranges: Ranges) -> FitParameter:

@@ -57,22 +57,28 @@ PLAY = HysteresisModel(
 
 
 PLAY_COUNTS = (5, 10, 20, 40)
-"""Plays of a Prandtl-Ishlinskii model, evenly spaced from no width to ``WIDEST``."""
+"""Plays of a Prandtl-Ishlinskii model, evenly spaced from no width to ``USUAL_WIDEST``."""
 
-WIDEST = 0.5
-"""Widest play, as a share of the input's range: a wider one moves for less than half of it."""
+USUAL_WIDEST = 0.5
+"""Widest of them, as a share of the input's range: a wider one moves for less than half of it."""
+
+PITCHES = (20, 60)
+"""Shares of the input's range between the plays of models for wider gaps; their widest play is
+narrower than the range by one: wider ones never move. A compensator takes no more than 64."""
 
 
 def _guess_prandtl_ishlinskii(ranges: Ranges) -> list[PrandtlIshlinskii]:
+    usual = [np.linspace(0.0, USUAL_WIDEST, plays + 1)[1:] for plays in PLAY_COUNTS]
+    wide = [np.linspace(0.0, 1.0, pitches + 1)[1:-1] for pitches in PITCHES]
     return [
         PrandtlIshlinskii(
-            thresholds_mm=0.5 * (ranges.input_mm * np.linspace(0.0, WIDEST, plays + 1)[1:]),
-            weights=np.zeros(plays),
+            thresholds_mm=0.5 * (ranges.input_mm * widths),
+            weights=np.zeros(widths.size),
             slope=0.0,
             offset_mm=0.0,
             curvature_per_mm=0.0,
         )
-        for plays in PLAY_COUNTS
+        for widths in (*usual, *wide)
     ]
 
 

@@ -17,6 +17,10 @@ WIDTHS = np.concatenate([[0.0], np.geomspace(0.005, 0.8, 19)])
 """[design] Full widths of the plays, as shares of the input's range: neighbours differ by a
 third."""
 
+WIDE_WIDTHS = np.concatenate([[0.0], np.geomspace(0.01, 0.4, 7), np.linspace(0.45, 0.97, 12)])
+"""[design] Widths of as many plays for gaps of a good part of the range; a play as wide as the
+range never moves."""
+
 CELLS = 12
 """[design] Cells that the range is cut into."""
 

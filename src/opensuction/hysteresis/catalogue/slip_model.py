@@ -17,6 +17,9 @@ from opensuction.kernel.record import Array
 REACHES = np.geomspace(0.01, 0.3, 6)
 """[design] Reaches of the elements, as shares of the input's range: neighbours differ twofold."""
 
+WIDE_REACHES = np.append(REACHES, [0.38, 0.46])
+"""[design] The same for wider loops: an element that reaches half of the range never slips."""
+
 CELLS = 8
 """[design] Cells of each line."""
 
@@ -31,14 +34,21 @@ LAGS = (4.0, 16.0)
 
 
 def guess(
-    range_mm: float, top_speed_mm_s: float = 0.0, lag_s: float = 1.0, period_s: float = 1.0
+    range_mm: float,
+    top_speed_mm_s: float = 0.0,
+    lag_s: float = 1.0,
+    period_s: float = 1.0,
+    reaches: Array = REACHES,
 ) -> MaxwellSlip:
-    """A model of a range of the input with every factor 0; without drag where the speed is 0."""
+    """A model of a range of the input with every factor 0; without drag where the speed is 0.
+
+    reaches: of the elements, as shares of the range.
+    """
     speeds_mm_s: Array = top_speed_mm_s * SPEEDS if top_speed_mm_s > 0.0 else np.empty(0)
     return MaxwellSlip(
         slope=0.0,
-        reaches_mm=range_mm * REACHES,
-        gains=np.zeros((REACHES.size, CELLS)),
+        reaches_mm=range_mm * reaches,
+        gains=np.zeros((reaches.size, CELLS)),
         speeds_mm_s=speeds_mm_s,
         drags_mm=np.zeros(speeds_mm_s.size),
         lag_s=lag_s,
@@ -74,7 +84,7 @@ def _is_well_posed(record: MaxwellSlip) -> bool:
 MAXWELL_SLIP = HysteresisModel(
     name="maxwell-slip",
     title="Maxwell slip, with drag",
-    summary="lines over the deflections of six slipping elements, and drag that saturates with "
+    summary="lines over the deflections of slipping elements, and drag that saturates with "
     "speed; predicts only",
     source="[Iwan-1966]; [Al-Bender-2005] for lines and speed",
     cannot="loops that change with the place in the range, creep; it drives nothing, for its "

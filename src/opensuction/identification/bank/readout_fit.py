@@ -5,7 +5,7 @@ inputs add may have either sign. A slow state comes in only where it surely pred
 Source: [Eilers-1996] for the penalty on differences.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -14,7 +14,13 @@ import numpy as np
 from opensuction.hysteresis.bank import play_readout
 from opensuction.hysteresis.bank.play_bank import PlayBank
 from opensuction.hysteresis.bank.play_readout import PlayReadout
-from opensuction.hysteresis.catalogue.readout_model import CELLS, DECAYS, RIDGES, WIDTHS
+from opensuction.hysteresis.catalogue.readout_model import (
+    CELLS,
+    DECAYS,
+    RIDGES,
+    WIDE_WIDTHS,
+    WIDTHS,
+)
 from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem, bank_trial
 from opensuction.identification.bank.bank_trial import PASTS, Scaled, Trial
@@ -37,6 +43,10 @@ WORTH_INVERSE = 0.7
 """[design] Gains below 0 are let in where they take away more than three tenths of the squared
 error that is left: for less the inverse is not given away."""
 
+WIDE_FROM, WIDE_SHARE = 0.5, 0.05
+"""[design] A bank of wide plays is tried beside the usual one, whose widths are far apart there, if
+plays wider than half of the range hold a twentieth of the gains."""
+
 LAG_RIDGE = 1e-6
 """Penalty on a slow state: only so much that it is determined."""
 
@@ -55,20 +65,19 @@ class ReadoutFit(NamedTuple):
     """Whether the gains of the first input are held at 0 or above."""
 
 
-def _list_widths(inputs: int) -> list[Array]:
-    """Widths of each input's plays; those of inputs after the first are every second one."""
-    return [WIDTHS, *(WIDTHS[::2] for _ in range(inputs - 1))]
+def _list_widths(inputs: int, first: Array) -> list[Array]:
+    """Widths of each input's plays; those of inputs after the first are every second usual one."""
+    return [first, *(WIDTHS[::2] for _ in range(inputs - 1))]
 
 
-def _bank(inputs: int) -> PlayBank:
-    widths = _list_widths(inputs)
+def _bank(widths: Sequence[Array]) -> PlayBank:
     whole = np.concatenate(widths)
     return PlayBank(
         widths_mm=whole,
         lows_mm=np.zeros(whole.size),
         cell_mm=1.0 / CELLS,
         cells=np.full(whole.size, CELLS),
-        inputs=np.repeat(np.arange(inputs), [each.size for each in widths]),
+        inputs=np.repeat(np.arange(len(widths)), [each.size for each in widths]),
         goes_on=True,
     )
 
@@ -97,11 +106,30 @@ def fit(inputs: Array, output: Array, folds: Folds, rising: bool = False) -> Rea
     they would predict better: the output then never moves the wrong way, and a head can be driven.
     Raises InputError where no gains are found.
     """
+    usual = _fit(inputs, output, folds, rising, WIDTHS)
+    if not _is_wide(usual.records[0]):
+        return usual
+    wide = _fit(inputs, output, folds, rising, WIDE_WIDTHS)
+    return (usual, wide)[fold.choose_simplest([usual.scores.blocks, wide.scores.blocks])]
+
+
+def _is_wide(record: PlayReadout) -> bool:
+    """Whether plays wider than `WIDE_FROM` of the range hold a share of the gains."""
+    gains = np.abs(record.gains).sum(axis=1)
+    far = record.widths_mm > WIDE_FROM * (record.high_mm - record.low_mm)
+    return float(gains[far].sum()) > WIDE_SHARE * float(gains.sum())
+
+
+def _fit(
+    inputs: Array, output: Array, folds: Folds, rising: bool, first_widths: Array
+) -> ReadoutFit:
+    """A play readout with these widths of the first input's plays, as shares of its range."""
     scaled = bank_trial.scale(inputs, output)
-    bank = _bank(len(inputs))
+    widths = _list_widths(len(inputs), first_widths)
+    bank = _bank(widths)
     rows, variance = bank.widths_mm.size, float(scaled.inputs[0].var())
     bounded = np.zeros(rows * CELLS, dtype=np.bool_)
-    bounded[: WIDTHS.size * CELLS] = True
+    bounded[: first_widths.size * CELLS] = True
     nothing = np.empty((0, output.size))
 
     def gather(pasts: list[float], others: Array) -> Array:
@@ -128,7 +156,7 @@ def fit(inputs: Array, output: Array, folds: Folds, rising: bool = False) -> Rea
     chosen = bank_trial.choose_penalty(problem, penalties, folds)
     decays = np.empty(0)
     if rising:
-        return _write(scaled, chosen, decays, tuple(pasts), folds)
+        return _write(scaled, chosen, widths, decays, tuple(pasts), folds)
     unbound = problem._replace(bounded=np.zeros_like(bounded))
     free = bank_trial.evaluate(unbound, chosen.penalty, folds)
     if float(free.blocks.sum()) < WORTH_INVERSE * float(chosen.blocks.sum()):
@@ -137,7 +165,7 @@ def fit(inputs: Array, output: Array, folds: Folds, rising: bool = False) -> Rea
     slow = min(range(len(DECAYS)), key=lambda place: float(lagging[place].blocks.sum()))
     if fold.choose_simplest([chosen.blocks, lagging[slow].blocks]) == 1:
         chosen, decays = lagging[slow], np.array([DECAYS[slow]])
-    return _write(scaled, chosen, decays, tuple(pasts), folds)
+    return _write(scaled, chosen, widths, decays, tuple(pasts), folds)
 
 
 def _try_lag(
@@ -160,12 +188,17 @@ def _try_lag(
 
 
 def _write(
-    scaled: Scaled, chosen: Trial, decays: Array, pasts: tuple[float, ...], folds: Folds
+    scaled: Scaled,
+    chosen: Trial,
+    all_widths: Sequence[Array],
+    decays: Array,
+    pasts: tuple[float, ...],
+    folds: Folds,
 ) -> ReadoutFit:
     """The candidate in the recording's own units."""
     factors = scaled.range_ * chosen.solution.found.factors
     records, first = [], 0
-    for place, widths in enumerate(_list_widths(len(scaled.inputs))):
+    for place, widths in enumerate(all_widths):
         low, range_ = float(scaled.lows[place]), float(scaled.ranges[place])
         gains = factors[first : first + widths.size * CELLS].reshape(widths.size, CELLS)
         first += gains.size

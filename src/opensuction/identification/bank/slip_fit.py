@@ -1,7 +1,8 @@
 """A Maxwell-slip model from a recording: linear least squares, its complexity by cross-validation.
 
 Tried are every past, no drag and drag behind either lag, each with every penalty; the simplest that
-is not surely worse than the best is taken, as everywhere.
+is not surely worse than the best is taken, as everywhere. Where the element of the longest reach
+holds most of the loop, the same is done with longer ones.
 """
 
 from typing import NamedTuple
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from opensuction.hysteresis.bank import maxwell_slip
 from opensuction.hysteresis.bank.maxwell_slip import MaxwellSlip
-from opensuction.hysteresis.catalogue.slip_model import LAGS, RIDGES, guess
+from opensuction.hysteresis.catalogue.slip_model import LAGS, REACHES, RIDGES, WIDE_REACHES, guess
 from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem, bank_trial
 from opensuction.identification.bank.bank_problem import BankProblem
@@ -25,6 +26,11 @@ TOP = 0.995
 
 ROUGH_RIDGE = RIDGES[2]
 """Penalty with which the past is chosen."""
+
+
+WIDE_SHARE = 0.5
+"""[design] Share of the loop in the element of the longest reach from which longer ones are
+tried."""
 
 
 class SlipFit(NamedTuple):
@@ -79,6 +85,18 @@ def fit(input_: Array, output: Array, folds: Folds, period_s: float | None) -> S
     input_, output: shape (n,). folds: of the recording. period_s: time between samples; None where
     they are not even: without drag. Raises InputError where no factors are found.
     """
+    usual = _fit(input_, output, folds, period_s, REACHES)
+    shares = maxwell_slip.share_out(usual.record)
+    if shares[-1] <= WIDE_SHARE:
+        return usual
+    wide = _fit(input_, output, folds, period_s, WIDE_REACHES)
+    return (usual, wide)[fold.choose_simplest([usual.scores.blocks, wide.scores.blocks])]
+
+
+def _fit(
+    input_: Array, output: Array, folds: Folds, period_s: float | None, reaches: Array
+) -> SlipFit:
+    """A Maxwell-slip model with these reaches, as shares of the input's range."""
     scaled = bank_trial.scale(input_[None], output)
     place = scaled.inputs[0]
 
@@ -91,13 +109,14 @@ def fit(input_: Array, output: Array, folds: Folds, period_s: float | None) -> S
         found = bank_problem.fit(problem, ROUGH_RIDGE * _variances(problem))
         return bank_problem.squares_left(problem.whole, found)
 
-    still = guess(1.0)
+    still = guess(1.0, reaches=reaches)
     past = min(PASTS, key=lambda ratio: left(pose(still, ratio)))
-    records = [still]
+    drags = [(0.0, 1.0)]
     if period_s is not None:
         for lag in LAGS:
             speeds = np.abs(maxwell_slip.find_speeds(place, lag, 1.0))
-            records.append(guess(1.0, float(np.quantile(speeds, TOP)), lag))
+            drags.append((float(np.quantile(speeds, TOP)), lag))
+    records = [guess(1.0, top_speed, lag, reaches=reaches) for top_speed, lag in drags]
     tried: list[tuple[MaxwellSlip, Trial, float]] = []
     for record in records:
         problem = pose(record, past)

@@ -29,6 +29,10 @@ from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
 
+WORTH_WIDE = 0.25
+"""[design] Wide elements of either sign are taken where they halve the error left out: by less they
+are a finer grid and not a wider one."""
+
 
 class Superposition(NamedTuple):
     """A fitted superposition."""
@@ -174,7 +178,24 @@ def _fit_columns(
     model: HysteresisModel, form: LinearForm, input_: Array, output: Array, folds: Folds
 ) -> tuple[Record, float, Array, Scores]:
     """Record, past, factors and scores of a model whose columns are few."""
-    guesses = form.initial_guesses(ranges_of(input_, output))
+    ranges = ranges_of(input_, output)
+    usual = _fit_guesses(model, form, form.initial_guesses(ranges), (input_, output), folds)
+    if form.wide_guesses is None:
+        return usual
+    wide = _fit_guesses(model, form, form.wide_guesses(ranges), (input_, output), folds)
+    left, least = (float(each[-1].blocks.sum()) for each in (usual, wide))
+    return wide if least < WORTH_WIDE * left else usual
+
+
+def _fit_guesses(
+    model: HysteresisModel,
+    form: LinearForm,
+    guesses: list[Record],
+    pair: tuple[Array, Array],
+    folds: Folds,
+) -> tuple[Record, float, Array, Scores]:
+    """The best of some guesses. pair: input and output, each of shape (n,)."""
+    input_, output = pair
 
     def designs(past: float) -> list[Design]:
         """The elements of every guess after one past, with every penalty."""
