@@ -149,6 +149,9 @@ def test_a_purpose_is_taken_and_its_reason_told(tmp_path: Path) -> None:
     best, *others = json.loads(ran.stdout)["models"]
     assert (best["model"], best["compensator"]) == ("prandtl-ishlinskii", "model-preview")
     assert best["undriven"] is None
+    for each in (best, *others):
+        told = [warning for warning in each["warnings"] if warning.startswith("At its bound: ")]
+        assert len(told) == len(each["at_bound"])
     assert best["reasons"]
     assert all(other["reasons"] == [] for other in others)
     undriven = {other["model"]: other["undriven"] for other in others if other["undriven"]}

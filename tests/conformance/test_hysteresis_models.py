@@ -291,7 +291,7 @@ def test_a_target_that_is_no_number_is_refused(case: Case, target_mm: float) -> 
 FORGETTING_MM: dict[str, Callable[[Any], float]] = {
     "dahl": dahl.saturation_mm,
     "modified-dahl": lambda record: 1.0 / record.decay_per_mm,
-    "bouc-wen": bouc_wen.saturation_mm,
+    "bouc-wen": lambda record: bouc_wen.saturation_mm(record) / record.input_gain,
 }
 """Travel over which a reversal is forgotten to a third or so."""
 

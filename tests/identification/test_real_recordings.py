@@ -9,7 +9,7 @@ from scipy.io import loadmat
 
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.judgement.recommendation import Aim
-from opensuction.identification.workbench import FittedModel, compare
+from opensuction.identification.workbench import FittedModel, compare, identify
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "mrd"
 SETTLED = 50
@@ -117,6 +117,14 @@ def load_damper(name: str) -> tuple[NDArray[np.float64], ...]:
         return table["dist"].ravel(), table["forc"].ravel(), table["Tout"].ravel()
     rows = np.loadtxt(STRANGERS / "friction_damper.csv", delimiter=",", skiprows=1)
     return rows[:, 1], rows[:, 5], rows[:, 0]
+
+
+@pytest.mark.parametrize("part", [slice(None), slice(0, 1500), slice(1500, None)])
+def test_an_ordinary_bouc_wen_fit_of_a_damper_is_reached(part: slice) -> None:
+    input_, output, time_s = (column[part] for column in load_damper("mr_damper"))
+    found = identify(input_, output, time_s, "bouc-wen")
+    assert found.rmse_percent_of_range < 7.4  # of all of it; with slope and gain bounded 13.9
+    assert not any(warning.startswith("Not determined") for warning in found.warnings)
 
 
 @pytest.mark.parametrize("name", TREES)

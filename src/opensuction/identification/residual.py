@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from opensuction.hysteresis.catalogue.hysteresis_model import VectorForm
+from opensuction.hysteresis.catalogue.hysteresis_model import Ranges, VectorForm
 from opensuction.kernel.record import Array
 
 DIFFERENCE = 1e-5
@@ -18,14 +18,16 @@ def squares(form: VectorForm, vector: Array, input_: Array, output: Array) -> fl
     return total if math.isfinite(total) else math.inf
 
 
-def jacobian(form: VectorForm, vector: Array, input_: Array, bounds: Array) -> Array:
-    """Change of the output with each parameter, central differences inside the bounds.
+def jacobian(form: VectorForm, vector: Array, input_: Array, ranges: Ranges) -> Array:
+    """Change of the output with each parameter, central differences inside the limits.
 
-    Returns shape (p, n). A parameter at its bound is taken as given: a row of zeros.
+    ranges: of the recording. Returns shape (p, n). A parameter at its limit is taken as given: a
+    row of zeros.
     """
     rows = np.zeros((vector.size, input_.size))
-    for place, (low, high) in enumerate(bounds):
-        step = DIFFERENCE * max(abs(float(vector[place])), 1e-3 * (high - low))
+    widths = np.diff(form.bounds(ranges), axis=1).ravel()
+    for place, (low, high) in enumerate(form.limits(ranges)):
+        step = DIFFERENCE * max(abs(float(vector[place])), 1e-3 * float(widths[place]))
         if vector[place] - step < low or vector[place] + step > high:
             continue
         ahead, behind = vector.copy(), vector.copy()

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     VectorForm,
+    ranges_of,
     write_unit,
 )
 from opensuction.identification.bank import readout_fit
@@ -114,6 +115,9 @@ class FittedModel(NamedTuple):
     output is explained."""
     left_out: tuple[tuple[str, str], ...] = ()
     """Of the recommended model: those that this recording does not identify, each with why not."""
+    at_bound: tuple[str, ...] = ()
+    """Parameters, or elements of a grid, that a bound of the search holds: what lies beyond was not
+    searched. A warning each says more."""
 
 
 @single_threaded
@@ -170,7 +174,7 @@ def _search(
 
         def judge_sum(found: Superposition) -> Candidate:
             drives = driven.judge(model, found.record, inputs)
-            return judge_superposition(found)._replace(driven=drives)
+            return judge_superposition(found, ranges_of(input_, output))._replace(driven=drives)
 
         return (
             lambda: superposition.fit(
@@ -246,6 +250,7 @@ def _describe(
         driven=found.driven,
         determined=found.determined
         and diagnosis.measure_explained(output[:count], rest[:count]) >= diagnosis.EXPLAINED_SHARE,
+        at_bound=found.at_bound,
     )
 
 

@@ -41,12 +41,7 @@ def coverage(
             measured = measured + white_mm * random.normal(size=samples)
         found = modified_dahl.fit(head_mm, measured)
         vector = np.array([*found.model, found.lag_mm])
-        rows = jacobian(
-            FORM,
-            vector,
-            head_mm,
-            FORM.bounds(ranges_of(head_mm, measured)),
-        )
+        rows = jacobian(FORM, vector, head_mm, ranges_of(head_mm, measured))
         rest = measured - FORM.simulate(vector, head_mm)
         held += np.abs(vector - TRUE) <= estimate_spread(rows, rest).half_widths
     return [float(share) for share in held / recordings]

@@ -12,6 +12,7 @@ import numpy as np
 from opensuction.hysteresis import bouc_wen, dahl, modified_dahl
 from opensuction.hysteresis.bouc_wen import BoucWen
 from opensuction.hysteresis.catalogue.hysteresis_model import (
+    BRIEFEST,
     LONGEST,
     SHORTEST,
     STEEPEST,
@@ -28,13 +29,21 @@ from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.record import Array
 
 SHALLOWEST = 0.1
-"""Bound below a slope, over output range by input range [assumed]."""
+"""Usual bound below a slope, over output range by input range [assumed]."""
 
-HIGHEST_EXPONENT = 10.0
-"""Largest Bouc-Wen exponent: a corner as sharp as a play's within a hundredth of its gap."""
+HIGH_EXPONENT, HIGHEST_EXPONENT = 10.0, 30.0
+"""Usual and utmost bound above a Bouc-Wen exponent: a corner as sharp as a play's within a
+hundredth, and a four-hundredth, of its gap."""
 
-BEND_RATIOS = (-3.0, 0.95)
-"""Bounds on D / (B + D) of a Bouc-Wen model; at 1 nothing of its bend takes work [assumed]."""
+BEND_RATIOS, FARTHEST_BEND_RATIOS = (-3.0, 0.95), (-20.0, 0.99)
+"""Usual and utmost bounds on D / (B + D) of a Bouc-Wen model [assumed]: at 1 nothing of its bend
+takes work; at -20 it comes home from saturation 42 times as fast as it reached it."""
+
+FREE = (-math.inf, math.inf)
+"""Limits of what is found without any: what the output is linear in."""
+
+POSITIVE = (0.0, math.inf)
+"""Limits of what has a sign."""
 
 
 def _step_memory(
@@ -92,6 +101,7 @@ DAHL = HysteresisModel(
             FitParameter("initial_output", "{out}"),
         ),
         bounds=_dahl_bounds,
+        limits=lambda _ranges: np.array([POSITIVE, POSITIVE, FREE, FREE]),
         record=lambda vector: Dahl(*vector[:2].tolist()),
         simulate=_simulate_dahl,
     ),
@@ -123,6 +133,10 @@ def _modified_dahl_bounds(ranges: Ranges) -> Array:
     )
 
 
+def _decay_limits(ranges: Ranges) -> tuple[float, float]:
+    return 1.0 / (LONGEST * ranges.input_mm), 1.0 / (BRIEFEST * ranges.input_mm)
+
+
 def _invert_modified_dahl(record: ModifiedDahl, state: ModelState, target_mm: float) -> InverseMove:
     """Towards the target, beyond the gap where there is one."""
     missing_mm = target_mm - modified_dahl.output_mm(record, state.head_mm, state.memory)
@@ -142,6 +156,7 @@ MODIFIED_DAHL_FORM = VectorForm(
         FitParameter("initial_lag", "{out}"),
     ),
     bounds=_modified_dahl_bounds,
+    limits=lambda ranges: np.array([FREE, POSITIVE, _decay_limits(ranges), FREE, FREE]),
     record=_modified_dahl,
     simulate=lambda vector, inputs: modified_dahl.simulate(
         _modified_dahl(vector), inputs, float(vector[4])
@@ -177,9 +192,9 @@ MODIFIED_DAHL = HysteresisModel(
 
 def _bouc_wen(vector: Array) -> BoucWen:
     length, bend_ratio, exponent, slope, memory_gain, offset, _ = vector.tolist()
-    both = length**-exponent
-    dissipation, bend = (1.0 - bend_ratio) * both, bend_ratio * both
-    return BoucWen(1.0, dissipation, bend, exponent, slope, memory_gain, offset)
+    gain = memory_gain * length
+    dissipation, bend = (1.0 - bend_ratio) / length, bend_ratio / length
+    return BoucWen(1.0 / length, dissipation, bend, exponent, slope, gain, offset)
 
 
 def _bouc_wen_bounds(ranges: Ranges) -> Array:
@@ -188,13 +203,19 @@ def _bouc_wen_bounds(ranges: Ranges) -> Array:
         [
             (SHORTEST * ranges.input_mm, LONGEST * ranges.input_mm),
             BEND_RATIOS,
-            (1.0, HIGHEST_EXPONENT),
+            (1.0, HIGH_EXPONENT),
             slope,
             (-STEEPEST * ranges.gain, STEEPEST * ranges.gain),
             offset,
             (-1.0, 1.0),
         ]
     )
+
+
+def _bouc_wen_limits(ranges: Ranges) -> Array:
+    lengths = BRIEFEST * ranges.input_mm, LONGEST * ranges.input_mm
+    exponents = 1.0, HIGHEST_EXPONENT
+    return np.array([lengths, FARTHEST_BEND_RATIOS, exponents, FREE, FREE, FREE, (-1.0, 1.0)])
 
 
 BOUC_WEN_FORM = VectorForm(
@@ -208,13 +229,14 @@ BOUC_WEN_FORM = VectorForm(
         FitParameter("initial_memory_ratio", "1"),
     ),
     bounds=_bouc_wen_bounds,
+    limits=_bouc_wen_limits,
     record=_bouc_wen,
-    simulate=lambda vector, inputs: bouc_wen.simulate(
-        _bouc_wen(vector), inputs, float(vector[6] * vector[0])
-    ),
+    simulate=lambda vector, inputs: bouc_wen.simulate(_bouc_wen(vector), inputs, float(vector[6])),
 )
-"""A = 1, since the scale of the memory is free. In place of B and D stand the length over which it
-forgets, (B + D)^(-1/m), and D / (B + D), which keep their size when m changes."""
+"""The scale of the memory is free: the record counts it in shares of its saturation, so that no
+power of a length is formed, and the vector's gain is output per input where the memory is 0. In
+place of A, B and D stand the length over which it forgets, 1 / A, and D / (B + D), which keep their
+size when m changes."""
 
 BOUC_WEN = HysteresisModel(
     name="bouc-wen",

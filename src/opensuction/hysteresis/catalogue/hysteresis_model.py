@@ -22,12 +22,16 @@ MOST_SHOWN = 8
 """Values that a message shows."""
 
 STEEPEST = 4.0
-"""Bound on every gain, over output range by input range [assumed]: published ones are below 2."""
+"""Usual bound on every gain, over output range by input range [assumed]: published ones of backlash
+are below 2. Gains of friction are above it, and searches go on beyond."""
 
 SHORTEST, LONGEST = 1e-3, 20.0
-"""Bounds on the travel that forgets a reversal, over the input's range. Below, a reversal is over
-before it is seen; above, the hysteresis is a straight line. Beyond either only products and
-quotients of parameters show: flat ridges of the sum of squares."""
+"""Usual bounds on the travel that forgets a reversal, over the input's range. Below, most
+recordings do not show it; above, the hysteresis is a straight line, and only products and quotients
+of parameters show: a flat ridge of the sum of squares, so that no search goes on there."""
+
+BRIEFEST = 1e-5
+"""Limit of that travel where a fit ends at `SHORTEST`: stiff friction, densely sampled."""
 
 
 class ModelParameter(NamedTuple):
@@ -100,14 +104,17 @@ def ranges_of(input_mm: Array, output_mm: Array) -> Ranges:
 class VectorForm(NamedTuple):
     """How a model that is not linear in its parameters is identified: as one vector.
 
-    A vector has one order and one box of bounds, so any search, derivative or interval works on
-    any model. Its last number is the memory at the first sample. A straight line's part of it is
-    called ``slope`` and ``offset``.
+    A vector has one order, one box of bounds and one of limits, so any search, derivative or
+    interval works on any model. Its last number is the memory at the first sample. A straight
+    line's part of it is called ``slope`` and ``offset``.
     """
 
     parameters: tuple[FitParameter, ...]
     bounds: Callable[[Ranges], Array]
-    """Lowest and highest sensible values for a recording, shape (p, 2)."""
+    """Usual lowest and highest values for a recording, shape (p, 2): where searches that draw lots
+    begin. No limit."""
+    limits: Callable[[Ranges], Array]
+    """Ends of what any search goes to, shape (p, 2); infinite where it is free."""
     record: Callable[[Array], Record]
     """The model's record for a vector, shape (p,)."""
     simulate: Callable[[Array, Array], Array]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from opensuction.hysteresis.catalogue.hysteresis_model import LONGEST, SHORTEST
+from opensuction.hysteresis.catalogue.hysteresis_model import BRIEFEST, LONGEST, SHORTEST
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.identification.estimator.projection import (
     CentredRecording,
@@ -32,8 +32,9 @@ LEAST_SAMPLES = 12
 SEARCH_SAMPLES = 1500
 """Samples that resolve the valleys; only the last steps need the full recording."""
 
-GRID_POINTS = 20
-"""Starting points; neighbours differ by a factor of 1.7, valleys are wider than that."""
+GRID_POINTS, MORE_GRID_POINTS = 20, 30
+"""Starting points, and those where the search goes on to `BRIEFEST`; neighbours differ by a factor
+of 1.7, valleys are wider than that."""
 
 VALLEY_TOLERANCE = 1e-3
 """Where the descent into a valley of the thinned recording stops, in log(decay)."""
@@ -100,10 +101,18 @@ def fit(
     head, tip = read_pair(names, head_mm, tip_mm, LEAST_SAMPLES)
     check_motion(names, head, tip)
     range_mm = float(np.ptp(head))
-    bounds = (math.log(1.0 / LONGEST / range_mm), math.log(1.0 / SHORTEST / range_mm))
-    valleys, least, at_bounds = _search(centre(*thin(head, tip, SEARCH_SAMPLES)), bounds)
     recording = centre(head, tip)
-    found = min((_polish(recording, each, bounds) for each in valleys), key=lambda it: it.squares)
+    across, up = recording.head_mm, recording.tip_mm
+    line_squares = float(up @ up) - float(across @ up) ** 2 / float(across @ across)
+    for shortest, points in ((SHORTEST, GRID_POINTS), (BRIEFEST, MORE_GRID_POINTS)):
+        bounds = (math.log(1.0 / LONGEST / range_mm), math.log(1.0 / shortest / range_mm))
+        thinned = centre(*thin(head, tip, SEARCH_SAMPLES))
+        valleys, least, at_bounds = _search(thinned, bounds, points)
+        polished = [_polish(recording, each, bounds) for each in valleys]
+        found = min(polished, key=lambda each: each.squares)
+        inside = math.log(found.model.decay_per_mm) < bounds[1] - FINAL_TOLERANCE
+        if inside or line_squares <= (1.0 + LEAST_RISE) * found.squares:  # or no hysteresis at all
+            break
     slope, velocity_gain, decay_per_mm, offset_mm = found.model
     if slope <= 0.0:
         raise InputError(
@@ -123,14 +132,14 @@ def fit(
 
 
 def _search(
-    recording: CentredRecording, bounds: tuple[float, float]
+    recording: CentredRecording, bounds: tuple[float, float], points: int
 ) -> tuple[list[_Valley], float, float]:
     """Where the optimum may be, from a thinned recording.
 
     Returns every valley nearly as deep as the deepest, the sum of squares there, and the lower of
     those at the two bounds.
     """
-    grid = np.linspace(*bounds, GRID_POINTS)
+    grid = np.linspace(*bounds, points)
     heights = np.array(
         [try_decay(recording.head_mm, recording.tip_mm, decay).squares for decay in np.exp(grid)]
     )
@@ -139,7 +148,7 @@ def _search(
     starts.update(1 + np.flatnonzero((inner <= heights[:-2]) & (inner <= heights[2:])))
     found = []
     for start in starts:
-        around = (float(grid[max(start - 1, 0)]), float(grid[min(start + 1, GRID_POINTS - 1)]))
+        around = (float(grid[max(start - 1, 0)]), float(grid[min(start + 1, points - 1)]))
         valley = _descend(recording, _Valley(float(grid[start]), 1.0), around, VALLEY_TOLERANCE)
         found.append((_trial(recording, valley.log_decay).squares, valley))
     least = min(found)[0]

@@ -1,6 +1,7 @@
 """Global searches over every parameter at once, each finished by Nelder and Mead's simplex.
 
 The paper's way: a genetic algorithm, then Nelder-Mead. And differential evolution in its place.
+Lots are drawn inside the usual bounds; the simplex leaves them, up to the limits.
 Both are here to be compared with variable projection, which finds the same optimum sooner.
 Source: [paper] III-B; [Storn-1997]; [Nelder-1965]; [Deb-1995] (bounded crossover).
 """
@@ -104,20 +105,25 @@ def search(method: str, form: VectorForm, input_: Array, output: Array, seed: in
     # About their means, so that slope and offset do not hide one another from a search.
     middle = np.array([float(input_.mean()), float(output.mean())])
     moved, target = input_ - middle[0], output - middle[1]
-    edges = form.bounds(ranges_of(moved, target))
+    ranges = ranges_of(moved, target)
+    edges, limits = form.bounds(ranges), form.limits(ranges)
     logarithmic = np.array([parameter.logarithmic for parameter in form.parameters])
-    edges[logarithmic] = np.log(edges[logarithmic])
+    with np.errstate(divide="ignore"):  # of a limit of 0
+        edges[logarithmic], limits[logarithmic] = (
+            np.log(each[logarithmic]) for each in (edges, limits)
+        )
+    width = edges[:, 1] - edges[:, 0]
+    lowest, highest = ((limits - edges[:, :1]) / width[:, None]).T
 
     def vector(place: Array) -> Array:
-        """Parameters at a place of the unit cube, those outside taken at its face."""
-        inside = np.clip(place, 0.0, 1.0)
-        value = edges[:, 0] + inside * (edges[:, 1] - edges[:, 0])
+        """Parameters at a place, whose unit cube are the bounds; at a limit those beyond it."""
+        value = edges[:, 0] + np.clip(place, lowest, highest) * width
         value[logarithmic] = np.exp(value[logarithmic])
         return value
 
     def cost(place: Array) -> float:
-        """Sum of squares, growing with the distance outside the cube."""
-        outside = place - np.clip(place, 0.0, 1.0)
+        """Sum of squares, growing with the distance beyond the limits."""
+        outside = place - np.clip(place, lowest, highest)
         return squares(form, vector(place), moved, target) * (1.0 + float(outside @ outside))
 
     start = SEARCHES[method](cost, len(form.parameters), seed)

@@ -9,6 +9,7 @@ import numpy as np
 from opensuction.hysteresis.bank.play_readout import PlayReadout, is_rising
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
+    Ranges,
     Record,
     VectorForm,
     ranges_of,
@@ -19,15 +20,16 @@ from opensuction.identification.estimator import linear, superposition
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.superposition import Superposition
 from opensuction.identification.fold import Folds, Scores
-from opensuction.identification.judgement import diagnosis
+from opensuction.identification.judgement import diagnosis, search_bound
 from opensuction.identification.judgement.confidence import estimate_spread
 from opensuction.identification.judgement.driven import Driven
 from opensuction.identification.residual import jacobian
 from opensuction.kernel.record import Array
 
 NOT_DETERMINED = (
-    "Not determined: the recording fits equally well with a longer or shorter memory (range too "
-    "small, or no hysteresis to be seen). The curve can be used, the parameters mean little."
+    "Not determined: the model fits equally well with a longer or shorter memory (range too small, "
+    "no hysteresis to be seen, or one of another kind). The curve can be used, the parameters mean "
+    "little."
 )
 NOT_INVERTIBLE = (
     "Not invertible: right after a reversal the model's output moves the wrong way, so that its "
@@ -88,11 +90,18 @@ class Candidate(NamedTuple):
     driven: Driven = Driven()
     determined: bool = True
     """False where another memory fits equally well: parameters mean little."""
+    at_bound: tuple[str, ...] = ()
+    """Parameters or elements that a bound of the search holds; a warning says at which."""
 
 
-def judge_superposition(found: Superposition) -> Candidate:
-    """A candidate without intervals: weights that were pulled to 0 or held there have none."""
+def judge_superposition(found: Superposition, ranges: Ranges) -> Candidate:
+    """A candidate without intervals: weights that were pulled to 0 or held there have none.
+
+    ranges: of the fitted samples.
+    """
     well_posed = bool(found.model.is_monotone(found.record))
+    refused = () if well_posed else (_refuse(found.model, found.record, found.nonnegative),)
+    bounds = search_bound.find_grid_ends(found.record, ranges)
     return Candidate(
         parameters={
             name: Estimate(value, unit, math.nan, math.nan)
@@ -102,8 +111,9 @@ def judge_superposition(found: Superposition) -> Candidate:
         scores=found.scores,
         freedom=found.freedom,
         well_posed=well_posed,
-        warnings=() if well_posed else (_refuse(found.model, found.record, found.nonnegative),),
+        warnings=(*refused, *bounds.values()),
         superposed=(Superposed(found.record, found.memory_ratio, found.elements),),
+        at_bound=tuple(bounds),
     )
 
 
@@ -136,16 +146,20 @@ def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
     for prefix, record in zip(("", *(f"{name}: " for name in names)), found.records, strict=True):
         for name, (value, unit) in superposition.list_readout(record).items():
             parameters[prefix + name] = Estimate(value, unit, math.nan, math.nan)
-    well_posed = bool(PLAY_READOUT.is_monotone(found.records[0]))
+    first = found.records[0]
+    well_posed = bool(PLAY_READOUT.is_monotone(first))
+    refused = () if well_posed else (_refuse(PLAY_READOUT, first, found.bounded),)
+    bounds = search_bound.find_grid_ends(first, Ranges(first.low_mm, first.high_mm, 0.0, 1.0, 0.0))
     return Candidate(
         parameters=parameters,
         simulate=lambda inputs: np.sum(parts(inputs), axis=0),
         scores=found.scores,
         freedom=found.freedom,
         well_posed=well_posed,
-        warnings=() if well_posed else (_refuse(PLAY_READOUT, found.records[0], found.bounded),),
+        warnings=(*refused, *bounds.values()),
         parts=parts,
         superposed=tuple(map(Superposed, found.records, found.pasts)),
+        at_bound=tuple(bounds),
     )
 
 
@@ -164,7 +178,8 @@ def judge_vector(
     input_, output = pair
     vector = found.vector
     rest = output - form.simulate(vector, input_)
-    rows = jacobian(form, vector, input_, form.bounds(ranges_of(input_, output)))
+    ranges = ranges_of(input_, output)
+    rows = jacobian(form, vector, input_, ranges)
     moving = np.flatnonzero(np.any(rows != 0.0, axis=1))
     half_widths = np.full(vector.size, math.nan)
     half_widths[moving] = estimate_spread(rows[moving], rest).half_widths
@@ -175,6 +190,7 @@ def judge_vector(
         )
     }
     well_posed = bool(model.is_monotone(form.record(vector)))
+    bounds = search_bound.find_limits(form, found, ranges)
     return Candidate(
         parameters=parameters,
         simulate=lambda inputs: form.simulate(vector, inputs[0]),
@@ -182,8 +198,9 @@ def judge_vector(
         scores=linear.estimate_left_out(rows[:-1], rest, folds),
         freedom=float(vector.size),
         well_posed=well_posed,
-        warnings=_warnings(parameters, rows, found.determined, well_posed),
         determined=found.determined,
+        warnings=(*_warnings(parameters, rows, found.determined, well_posed), *bounds.values()),
+        at_bound=tuple(bounds),
     )
 
 
@@ -206,9 +223,6 @@ def _warnings(
     ]
     if vague:
         said.append(f"Uncertain: the interval of {', '.join(vague)} includes 0.")
-    at_bound = [name for name, row in zip(parameters, rows, strict=True) if not np.any(row != 0.0)]
-    if at_bound:
-        said.append(f"At its bound, so without an interval: {', '.join(at_bound)}.")
     if not well_posed:
         said.append(NOT_INVERTIBLE)
     return tuple(said)

@@ -63,6 +63,7 @@ def _figures(result: FittedModel, fit_seconds: float) -> Json:
         "reasons": list(result.reasons),
         "coupling_percent_of_range": result.coupling_percent_of_range or None,
         "warnings": list(result.warnings),
+        "at_bound": list(result.at_bound),
         "samples": result.samples,
         "fitted_samples": result.fitted_samples,
         "fitted_range": result.fitted_range._asdict(),
