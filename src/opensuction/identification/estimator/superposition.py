@@ -83,48 +83,70 @@ def fit(
     if not isinstance(form, LinearForm):
         raise TypeError(f"{model.name} is not linear in its parameters")
     cut = fold.cut(input_) if folds is None else folds
-    record: Record
-    match model.name:
-        case "residual-readout":
-            return _fit_residual(model, form, (input_, output), cut, fading)
-        case "play-readout":
-            readout = readout_fit.fit(input_[None], output, cut, rising)
-            lines = readout.records[0]
-            factors = np.concatenate([lines.gains.ravel(), lines.lags, [lines.offset_mm]])
-            record, past, scores = lines, readout.pasts[0], readout.scores
-            freedom, nonnegative = readout.freedom, readout.bounded
-        case "preisach":
-            relays = preisach_fit.fit(input_, output, cut)
-            weights = relays.record.weights_mm
-            factors = np.append(weights[_in_triangle(weights)], relays.record.offset_mm)
-            record, past, scores = relays.record, relays.past, relays.scores
-            freedom, nonnegative = relays.freedom, True
-        case "maxwell-slip":
-            slip = slip_fit.fit(input_, output, cut, period_s)
-            rubbing = slip.record
-            factors = np.concatenate(
-                [[rubbing.slope], rubbing.gains.ravel(), rubbing.drags_mm, [rubbing.offset_mm]]
-            )
-            record, past, scores = rubbing, slip.past, slip.scores
-            freedom, nonnegative = slip.freedom, False
-        case _:
-            record, past, factors, scores = _fit_columns(model, form, input_, output, cut)
-            freedom, nonnegative = float(np.count_nonzero(factors)), form.nonnegative
+    if model.name == "residual-readout":
+        return _fit_residual(model, form, (input_, output), cut, fading)
+    solved = _solve(model, form, (input_, output), cut, rising, period_s)
+    record, factors = solved.record, solved.factors
     constant = factors.size - 1 - form.degree(record)
     parameters = form.parameters(record, ranges_of(input_, output))
     return Superposition(
         model=model,
         record=record,
-        memory_ratio=past,
+        memory_ratio=solved.past,
         factors={
             parameter.name: (float(factor), parameter.unit)
             for place, (parameter, factor) in enumerate(zip(parameters, factors, strict=True))
             if factor != 0.0 or place == constant or not form.nonnegative
         },
-        nonnegative=nonnegative,
-        scores=scores,
-        freedom=freedom,
+        nonnegative=solved.nonnegative,
+        scores=solved.scores,
+        freedom=solved.freedom,
     )
+
+
+class _Solved(NamedTuple):
+    """A record with its factors in the order of their names, from whichever solver is for it."""
+
+    record: Record
+    past: float
+    factors: Array
+    scores: Scores
+    freedom: float
+    nonnegative: bool
+
+
+def _solve(
+    model: HysteresisModel,
+    form: LinearForm,
+    pair: tuple[Array, Array],
+    folds: Folds,
+    rising: bool,
+    period_s: float | None,
+) -> _Solved:
+    """The factors of every model but `residual-readout`; arguments as of `fit`."""
+    input_, output = pair
+    match model.name:
+        case "play-readout":
+            readout = readout_fit.fit(input_[None], output, folds, rising)
+            lines, past = readout.records[0], readout.pasts[0]
+            factors = np.concatenate([lines.gains.ravel(), lines.lags, [lines.offset_mm]])
+            return _Solved(lines, past, factors, readout.scores, readout.freedom, readout.bounded)
+        case "preisach":
+            relays = preisach_fit.fit(input_, output, folds)
+            weights = relays.record.weights_mm
+            factors = np.append(weights[_in_triangle(weights)], relays.record.offset_mm)
+            return _Solved(relays.record, relays.past, factors, relays.scores, relays.freedom, True)
+        case "maxwell-slip":
+            slip = slip_fit.fit(input_, output, folds, period_s)
+            rubbing = slip.record
+            factors = np.concatenate(
+                [[rubbing.slope], rubbing.gains.ravel(), rubbing.drags_mm, [rubbing.offset_mm]]
+            )
+            return _Solved(rubbing, slip.past, factors, slip.scores, slip.freedom, False)
+        case _:
+            record, past, factors, scores = _fit_columns(model, form, input_, output, folds)
+            freedom = float(np.count_nonzero(factors))
+            return _Solved(record, past, factors, scores, freedom, form.nonnegative)
 
 
 def _fit_residual(
