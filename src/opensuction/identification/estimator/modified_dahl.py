@@ -57,7 +57,16 @@ FARTHEST_STEP = 0.5
 
 LEAST_RISE = 0.01
 """Share by which the sum of squares must rise towards both bounds for the decay to be determined.
-Far above the rise of 4/n that chance gives: neighbouring residuals of a recording are alike."""
+Far above what chance gives in a long recording: neighbouring residuals are alike."""
+
+CHANCE = 16.0
+"""n times the share of the squares that three parameters more take from white noise stays below
+this in 999 of 1000 recordings (chi-square)."""
+
+
+def least_rise(samples: int) -> float:
+    """Share by which squares must rise for what lowers them to be seen in so many samples."""
+    return LEAST_RISE + CHANCE / samples
 
 
 class _Valley(NamedTuple):
@@ -111,7 +120,8 @@ def fit(
         polished = [_polish(recording, each, bounds) for each in valleys]
         found = min(polished, key=lambda each: each.squares)
         inside = math.log(found.model.decay_per_mm) < bounds[1] - FINAL_TOLERANCE
-        if inside or line_squares <= (1.0 + LEAST_RISE) * found.squares:  # or no hysteresis at all
+        none_seen = line_squares <= (1.0 + LEAST_RISE) * found.squares
+        if inside or none_seen:
             break
     slope, velocity_gain, decay_per_mm, offset_mm = found.model
     if slope <= 0.0:
@@ -127,7 +137,8 @@ def fit(
         rmse_mm=math.sqrt(found.squares / tip.size),
         samples=tip.size,
         well_posed=bool(is_monotone(model)),
-        determined=velocity_gain > 0.0 and at_bounds > (1.0 + LEAST_RISE) * least,
+        determined=velocity_gain > 0.0
+        and at_bounds > (1.0 + least_rise(thinned.head_mm.size)) * least,
     )
 
 

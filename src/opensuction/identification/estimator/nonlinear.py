@@ -39,6 +39,9 @@ NEAR = 1e-3
 SEARCH_SAMPLES = 1500
 """Samples for the rough part of that search."""
 
+ROUNDING = 1e-13
+"""Residuals below this share of the output's largest value are rounding."""
+
 Names = tuple[str, str]
 NAMES = ("input", "output")
 
@@ -92,13 +95,20 @@ def _find_forgetting(input_: Array, output: Array) -> _Forgetting:
         start_ratio=min(max(float(factors[2]) / height, -1.0), 1.0) if height != 0.0 else 0.0,
         squares=least,
         line_squares=float(line @ line),
-        determined=min(tried[0][0], tried[-1][0]) > (1.0 + modified_dahl.LEAST_RISE) * least,
+        determined=min(tried[0][0], tried[-1][0])
+        > (1.0 + modified_dahl.least_rise(output.size)) * least,
     )
 
 
-def _is_seen(squares_left: float, line_squares: float) -> bool:
-    """Whether a model leaves less than the straight line does, so that it shows a hysteresis."""
-    return line_squares > (1.0 + modified_dahl.LEAST_RISE) * squares_left
+def _is_seen(squares_left: float, line_squares: float, output: Array) -> bool:
+    """Whether a model leaves less than the straight line does, so that it shows a hysteresis.
+
+    output: fitted values, shape (n,). A line that leaves no more than rounding or chance has shown
+    none.
+    """
+    rounding = output.size * (ROUNDING * float(np.abs(output).max())) ** 2
+    rise = modified_dahl.least_rise(output.size)
+    return line_squares > max((1.0 + rise) * squares_left, rounding)
 
 
 def fit_modified_dahl(input_: Array, output: Array, names: Names = NAMES) -> NonlinearFit:
@@ -110,7 +120,7 @@ def fit_modified_dahl(input_: Array, output: Array, names: Names = NAMES) -> Non
         length = 1.0 / (found.model.decay_per_mm * float(np.ptp(input_)))
         friction = found.model.velocity_gain == 0.0 and forgetting.gain > 0.0
         held = found.model.velocity_gain > 0.0 and not 1.001 * BRIEFEST < length < 0.999 * LONGEST
-        seen = _is_seen(forgetting.squares, forgetting.line_squares)
+        seen = _is_seen(forgetting.squares, forgetting.line_squares, output)
         determined = (friction or held) and seen
     return NonlinearFit(vector, determined)
 
@@ -159,7 +169,8 @@ def fit_dahl(input_: Array, output: Array, names: Names = NAMES) -> NonlinearFit
     if abs(float(found.x) - grid[-1]) < NEAR:
         return NonlinearFit(vector, determined=True, at_limit=("limit",))
     bottom = projected(float(found.x), *short)[0]
-    determined = min(heights[0], heights[-1]) > (1.0 + modified_dahl.LEAST_RISE) * bottom
+    rise = modified_dahl.least_rise(short[0].size)
+    determined = min(heights[0], heights[-1]) > (1.0 + rise) * bottom
     return NonlinearFit(vector, determined)
 
 
@@ -237,7 +248,9 @@ def fit_bouc_wen(input_: Array, output: Array, names: Names = NAMES) -> Nonlinea
     forgetting = _find_forgetting(*thin(input_, output, SEARCH_SAMPLES))
     range_, plain = float(np.ptp(input_)), None
     length, ratio = forgetting.length, forgetting.start_ratio
-    friction = forgetting.gain > 0.0 and _is_seen(forgetting.squares, forgetting.line_squares)
+    friction = forgetting.gain > 0.0 and _is_seen(
+        forgetting.squares, forgetting.line_squares, output
+    )
     try:
         first = modified_dahl.fit(input_, output, names)
     except InputError:
@@ -262,7 +275,7 @@ def fit_bouc_wen(input_: Array, output: Array, names: Names = NAMES) -> Nonlinea
     determined = forgetting.determined
     if vector[0] in limits[0]:
         line = output - np.polynomial.Polynomial.fit(input_, output, 1)(input_)
-        determined = _is_seen(left, float(line @ line))
+        determined = _is_seen(left, float(line @ line), output)
     return NonlinearFit(vector, determined)
 
 
