@@ -8,11 +8,11 @@ from docs.generator.document import table
 from opensuction.controller import machine_profile
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.meaning import Meaning
+from opensuction.kernel.unit import unit_of
 from opensuction.procedure.planning import clinical, guideline, protocol
 from opensuction.safety import patient_limit
 from opensuction.settings import conduit_file, transmission_choice
 from opensuction.settings.limit import describe, trim
-from opensuction.settings.unit import unit_of
 from opensuction.twin import parameter, transmission_parameter
 from opensuction.twin.machine import catheter, hand
 from opensuction.twin.parameter_row import Parameter

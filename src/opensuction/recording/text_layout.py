@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
+from opensuction.recording.column_unit import find_unit
 
 SPACE = " "
 """Stands for any run of blanks."""
@@ -33,13 +34,8 @@ _STATED = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
 """First line by which spreadsheets state the separator."""
 _VALUE = re.compile(r"[+-]?[.,]?\d")
 """How a number begins, also one with a unit behind it, and a date."""
+_BRACKETED = re.compile(r"[\[(].*[\])]")
 _DATE = re.compile(r"\d{1,4}([-/.:]\d{1,2}){2}([ T].*|[.,].*)?|\d{1,2}:\d{2}")
-_PART = (
-    r"(?:[TGMkhcdmuµμnp]?(?:m|g|s|N|Pa|A|V|W|J|Hz|bar|rad|L|l|F|T|K|C|Nm|eV)|[°º]C?|deg|%|ohm|Ω"
-    r"|min|h|hr|sec|msec|usec|rpm|psi|ksi|lbf?|kips?|in|inch(?:es)?|ft|gf|kgf|mmHg|cmH2O|counts?)"
-    r"(?:\^?-?[123²³])?"
-)
-_UNIT = re.compile(rf"[\[(].*[\])]|-+|(?:1/)?{_PART}(?:[/*·.\s]{_PART})*")
 
 
 class Layout(NamedTuple):
@@ -296,7 +292,9 @@ def _is_header(cells: Sequence[str], is_first: bool) -> bool:
 
 
 def _is_unit(cell: str) -> bool:
-    return not cell.strip() or bool(_UNIT.fullmatch(cell.strip()))
+    """Whether a cell below a name may be its unit: a known one, anything in brackets, or none."""
+    text = cell.strip()
+    return not text.strip("-") or bool(_BRACKETED.fullmatch(text)) or find_unit(text) is not None
 
 
 def _is_second_header(above: Sequence[str], header: Sequence[str], width: int) -> bool:

@@ -27,9 +27,9 @@ from pydantic_core import ErrorDetails
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import by_name
+from opensuction.kernel.unit import unit_of
 from opensuction.settings.choice import choose
 from opensuction.settings.limit import describe, trim
-from opensuction.settings.unit import unit_of
 from opensuction.settings.wording import join_key, refuse, show, unknown
 
 Record = TypeVar("Record", bound=tuple[Any, ...])

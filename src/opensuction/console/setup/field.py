@@ -6,11 +6,11 @@ from typing import Any, NamedTuple, get_type_hints
 from pydantic import TypeAdapter
 
 from opensuction.kernel.meaning import Meaning
+from opensuction.kernel.unit import unit_of
 from opensuction.procedure.planning import guideline
 from opensuction.procedure.planning.clinical import TEMPLATE_SOURCES
 from opensuction.procedure.planning.protocol import PAPER_SOURCES, Protocol
 from opensuction.settings.limit import trim
-from opensuction.settings.unit import unit_of
 
 FIXED = "bench_only"
 """Belongs to the machine: nobody sets it in a form."""

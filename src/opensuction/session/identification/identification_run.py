@@ -23,11 +23,11 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.recording import pair as recorded
 from opensuction.recording import standard_input, table
+from opensuction.recording.column_unit import find_unit, seconds_of_column, unit_of_column
 from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
-from opensuction.settings.column_unit import find_unit, seconds_of_column, unit_of_column
 from opensuction.settings.wording import name_source, refuse
 
 MOST_FITS, REPEATED_S, TIMED_S = 20, 0.1, 0.25

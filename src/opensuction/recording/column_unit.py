@@ -9,7 +9,7 @@ import re
 from typing import Final
 
 from opensuction.kernel.errors import InputError
-from opensuction.settings.unit import unit_of
+from opensuction.kernel.unit import unit_of
 
 SECONDS: Final = {
     "ns": 1e-9,
@@ -55,16 +55,21 @@ _SPELLINGS: Final = {
     "mNm": "",
     "J": "joule joules",
     "W": "watt watts",
+    "kW": "",
     "A": "amp amps ampere amperes",
+    "uA": "µA",
     "mA": "milliamp milliamps milliampere milliamperes",
     "V": "volt volts",
+    "uV": "µV",
     "mV": "millivolt millivolts",
     "ohm": "ω ohms",
     "T": "tesla",
+    "mT": "",
     "Pa": "pascal pascals",
     "hPa": "",
     "kPa": "",
     "MPa": "",
+    "GPa": "",
     "bar": "",
     "mbar": "",
     "psi": "",
@@ -75,6 +80,7 @@ _SPELLINGS: Final = {
     "mL": "millilitre millilitres milliliter milliliters",
     "Hz": "hertz",
     "kHz": "",
+    "MHz": "",
     "K": "kelvin",
     "degC": "°C celsius",
     "%": "percent pct",

@@ -1,6 +1,6 @@
 import pytest
 
-from opensuction.settings.unit import unit_of
+from opensuction.kernel.unit import unit_of
 
 
 @pytest.mark.parametrize(

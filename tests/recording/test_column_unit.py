@@ -3,7 +3,7 @@
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.settings.column_unit import find_unit, seconds_of_column, unit_of_column
+from opensuction.recording.column_unit import find_unit, seconds_of_column, unit_of_column
 
 
 @pytest.mark.parametrize(
