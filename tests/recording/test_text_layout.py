@@ -142,7 +142,7 @@ UNCLEAR = {
         "line 2: 3 cells, the header has 2; give each column one name",
     ),
     "names without columns": (
-        "t\thead\tComment\n0\t1\n1\t2\n",
+        "t\thead\tturns\n0\t1\n1\t2\n",
         "line 2: 2 cells, the header has 3; remove the names that have no column",
     ),
     "open quote": ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quote begins that is not closed"),
@@ -233,3 +233,75 @@ def test_what_is_not_finite_or_no_number_is_never_left_out(file: Path) -> None:
         opened = table.open_table(file)
         with pytest.raises(InputError, match=words):
             table.read_columns(opened, opened.names, skip_missing=True)
+
+
+LABVIEW = (
+    "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t1\t\t\n"
+    "Delta_X\t0.5\t\t\n***End_of_Header***\t\t\nt_s\thead_mm\tComment\n"
+)
+REMARKED = {
+    "no remark": LABVIEW + "0\t1.5\n0.5\t-2\n",
+    "one in the first row": LABVIEW + "0\t1.5\tbegun\n0.5\t-2\n",
+    "one in the last row": LABVIEW + "0\t1.5\n0.5\t-2\tended\n",
+    "some with numbers": LABVIEW + "0\t1.5\t1\n0.5\t-2\n",
+    "quoted, between commas": 't_s,head_mm,Remarks\n0,1.5\n0.5,-2,"turned, by hand"\n',
+}
+
+
+@pytest.mark.parametrize("case", REMARKED)
+def test_remarks_behind_the_numbers_are_left_alone(file: Path, case: str) -> None:
+    file.write_text(REMARKED[case])
+    assert read(file, *EXPECTED) == EXPECTED
+
+
+def test_a_second_cell_too_many_is_no_remark(file: Path) -> None:
+    file.write_text("t_s,head_mm,Comment\n0,1.5\n0.5,-2,3,4\n")
+    assert refusal(file).endswith("line 3: 4 cells, the header has 2; complete or remove the line")
+
+
+INSTANTS = {
+    "2026-01-31T12:00:00,2026-01-31T12:00:00.25": 0.25,
+    "2026-01-31 12:00:00Z,2026-01-31 13:00:00.5+01:00": 0.5,
+    "2026/01/31 23:59:59.999,2026/02/01 00:00:00.001": 0.002,
+    "2026-01-31T12:00,2026-01-31T12:01": 60.0,
+}
+
+
+@pytest.mark.parametrize("case", INSTANTS)
+def test_dates_with_their_time_are_seconds(file: Path, case: str) -> None:
+    first, second = case.split(",")
+    file.write_text(f"stamp;head_mm\n{first};1,5\n{second};-2\n")
+    found = read(file)
+    assert found["head_mm"] == EXPECTED["head_mm"]
+    began, ended = found["stamp"]
+    assert ended - began == pytest.approx(INSTANTS[case], abs=1e-6)
+
+
+def test_a_date_with_its_time_is_utc_where_it_names_no_zone(file: Path) -> None:
+    file.write_text("stamp,head_mm\n1970-01-02 00:00:01.5,1\n1970-01-02 01:00:00+01:00,2\n")
+    assert read(file)["stamp"] == [86401.5, 86400.0]
+
+
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [
+        (["31.01.2026 12:00:00"], "write times in seconds, or with their date, as in 2026-01-31"),
+        (["12:00:00.5"], "write times in seconds, or with their date, as in 2026-01-31"),
+        (["2026-01-31"], "write times in seconds, or with their date, as in 2026-01-31"),
+        (["2026-01-31 12:00", "5"], "'5' is no date with its time, as the first one is"),
+        (["2026-01-31 12:00", "2026-02-30 12:00"], "'2026-02-30 12:00' is no date with its time"),
+        (["5", "2026-01-31 12:00"], "'2026-01-31 12:00' is not a number; write times in seconds"),
+    ],
+)
+def test_other_times_are_refused_with_what_would_do(
+    file: Path, cells: list[str], said: str
+) -> None:
+    file.write_text("stamp;head_mm\n" + "".join(f"{cell};1\n" for cell in cells))
+    assert said in refusal(file)
+
+
+def test_a_missing_date_leaves_its_row_out(file: Path) -> None:
+    file.write_text("stamp,head_mm\n2026-01-31 12:00,1\n,2\n2026-01-31 12:01,3\n")
+    assert "an empty cell is no number (in 1 of 3 rows)" in refusal(file)
+    columns, skipped = table.read_columns(table.open_table(file), ["head_mm", "stamp"], True)
+    assert (columns["head_mm"].tolist(), skipped) == ([1.0, 3.0], 1)

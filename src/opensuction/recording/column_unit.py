@@ -23,7 +23,7 @@ SECONDS: Final = {
 """Units of time that a column may be in."""
 
 _SPELLINGS: Final = {
-    "": "- 1",
+    "": "- 1 UTC GMT",
     "nm": "nanometre nanometres nanometer nanometers",
     "um": "µm micron microns micrometre micrometres micrometer micrometers",
     "mm": "millimetre millimetres millimeter millimeters",

@@ -8,6 +8,7 @@ are called by their number. What may be meant in two ways is refused with both.
 import csv
 import re
 from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
 from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
@@ -26,6 +27,8 @@ LONGEST_LINE = 1_000_000
 """Characters of a line, and of a cell; a longer one belongs to another kind of file."""
 SAMPLED_LINES = 200
 """Lines by which a layout is found, comments not counted."""
+REMARKS = ("comment", "comments", "remark", "remarks")
+"""Last name of a header whose column most rows leave out, as LabVIEW writes it."""
 SHOWN = 40
 """Characters of a cell that a message repeats."""
 UNCLOSED = "a quote begins that is not closed; close or remove it"
@@ -35,7 +38,11 @@ _STATED = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
 _VALUE = re.compile(r"[+-]?[.,]?\d")
 """How a number begins, also one with a unit behind it, and a date."""
 _BRACKETED = re.compile(r"[\[(].*[\])]")
-_DATE = re.compile(r"\d{1,4}([-/.:]\d{1,2}){2}([ T].*|[.,].*)?|\d{1,2}:\d{2}")
+_DATE = re.compile(
+    r"\d{1,4}([-/.:]\d{1,2}){2}([ T].*|[.,].*)?|(\d{1,2}[-/.]){2}\d{4}([ T].*)?|\d{1,2}:\d{2}"
+)
+_YEAR_FIRST = re.compile(r"\s*\d{4}([-/])\d\d\1\d\d[T ]\d\d:\d\d")
+"""How a date begins that can be meant in one way only: ISO 8601, also with slashes."""
 
 
 class Layout(NamedTuple):
@@ -49,6 +56,8 @@ class Layout(NamedTuple):
     """Where the samples begin."""
     note: str = ""
     """What a person should know of how the header was found."""
+    has_remarks: bool = False
+    """Rows may have one more cell, for people alone."""
 
 
 class Record(NamedTuple):
@@ -107,12 +116,14 @@ def find_layout(path: Path, lines: Iterator[tuple[int, str]]) -> Layout:
     unclear: _UnclearError | None = None
     for separator in separators:
         try:
-            found = _find_by_numbers(path, plain, separator, comment)
+            records = _records(path, plain, separator)
+            bare = _drop_remarks(records)
+            found = _find_by_numbers(path, bare, separator, comment)
         except _UnclearError as refused:
             unclear = unclear or refused
         else:
             if found is not None:
-                return found
+                return found._replace(has_remarks=bare is not records)
     if unclear is None or _is_one_column(plain):
         return _find_by_header(path, plain, separators, comment)
     raise unclear
@@ -148,14 +159,25 @@ def _records(path: Path, lines: Sequence[tuple[int, str]], separator: str) -> li
     return found
 
 
+def _drop_remarks(records: Sequence[Record]) -> Sequence[Record]:
+    """The records without a last column of remarks where some rows leave it out."""
+    for place, record in enumerate(records):
+        width = len(record.cells) - 1
+        if width > 1 and record.cells[-1].strip().lower() in REMARKS:
+            below = records[place:]
+            if any(len(one.cells) == width for one in below):
+                bare = (one._replace(cells=one.cells[:width]) for one in below)
+                return [*records[:place], *bare]
+    return records
+
+
 def _find_by_numbers(
-    path: Path, lines: Sequence[tuple[int, str]], separator: str, comment: str
+    path: Path, records: Sequence[Record], separator: str, comment: str
 ) -> Layout | None:
     """The layout by the first row of two or more numbers, None where a separator leaves none.
 
     Raises _UnclearError where the lines above it are no header of it, or may be in two ways.
     """
-    records = _records(path, lines, separator)
     places = (
         place
         for place, record in enumerate(records)
@@ -181,7 +203,7 @@ def _find_by_numbers(
                 f"header of the numbers from line {rows[0].begin} on; remove one of them"
             )
     note = ""
-    if header.begin > lines[0][0]:
+    if header.begin > records[0].begin:
         note = f"the names of its columns are read from line {header.begin}, nothing from above it"
     names = name_columns(header.cells, width)
     return Layout(separator, _add_units(names, units), names, rows[0].begin, note)
@@ -264,6 +286,25 @@ def is_missing(cell: str) -> bool:
     return cell.strip().lower() in MISSING
 
 
+def is_date(cell: str) -> bool:
+    """Whether a cell is a date or a time of day."""
+    return bool(_DATE.fullmatch(cell.strip()))
+
+
+def is_instant(cell: str) -> bool:
+    """Whether a cell begins as a date with its time does that `read_instant` reads."""
+    return bool(_YEAR_FIRST.match(cell))
+
+
+def read_instant(cell: str) -> float:
+    """Seconds since 1970 of a date with its time, year first; UTC where it names no zone.
+
+    Raises ValueError for anything else.
+    """
+    found = datetime.fromisoformat(cell.strip().replace("/", "-"))
+    return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
+
+
 def _is_value(cell: str) -> bool:
     text = cell.strip()
     return bool(_VALUE.match(text)) or text.lower().lstrip("+-") in ("inf", "infinity")
@@ -275,7 +316,7 @@ def _is_number(cell: str) -> bool:
     try:
         float(text.replace(",", "."))
     except ValueError:
-        return bool(_DATE.fullmatch(text))
+        return is_date(text)
     return "_" not in text
 
 

@@ -113,7 +113,8 @@ def _rows(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, list[
     )
     width = len(layout.names)
     for begin, number, row in text_layout.cut(path, lines, layout.separator):
-        if len(row) == width or not "".join(row[width:] or "?").strip():
+        more = row[width + layout.has_remarks :] if len(row) > width else ["?"]
+        if len(row) == width or not "".join(more).strip():
             yield number, row
         elif number > begin:
             raise InputError(f"{path}: line {begin}: {text_layout.UNCLOSED}")
@@ -152,11 +153,17 @@ class _Parser:
         """Line and cell of the first in each column whose mark may be either."""
         self._whole: set[int] = set()
         """Columns with whole numbers that have no mark."""
+        self._instants: set[int] = set()
+        """Columns whose first cell is a date with its time."""
         self._missing: _Missing | None = None
         self._missing_rows, self._missing_line = 0, 0
 
     def __call__(self, number: int, place: int, cell: str) -> float:
         """Finite number in a cell, NaN for one that is missing; InputError for anything else."""
+        if number == self._layout.first_line and text_layout.is_instant(cell):
+            self._instants.add(place)
+        if place in self._instants:
+            return self._read_instant(number, place, cell)
         if not self._is_sure:
             self._look(number, place, cell)
         text = cell
@@ -169,14 +176,28 @@ class _Parser:
         if math.isfinite(value) and "_" not in cell:
             return value
         if text_layout.is_missing(cell):
-            self._missing = self._missing or _Missing(number, place, cell.strip())
-            self._missing_rows += number != self._missing_line
-            self._missing_line = number
-            return math.nan
+            return self._miss(number, place, cell)
         where, shown = self._where(number, place), cell.strip()
         if math.isinf(value):
             raise InputError(f"{where}: {shown!r} is not finite; correct or remove the line")
         raise InputError(f"{where}: {shown[:SHOWN]!r} is not a number{self._advise(shown)}")
+
+    def _miss(self, number: int, place: int, cell: str) -> float:
+        self._missing = self._missing or _Missing(number, place, cell.strip())
+        self._missing_rows += number != self._missing_line
+        self._missing_line = number
+        return math.nan
+
+    def _read_instant(self, number: int, place: int, cell: str) -> float:
+        if text_layout.is_missing(cell):
+            return self._miss(number, place, cell)
+        try:
+            return text_layout.read_instant(cell)
+        except (ValueError, OverflowError):
+            raise InputError(
+                f"{self._where(number, place)}: {cell.strip()[:SHOWN]!r} is no date with its time, "
+                "as the first one is; correct or remove the line"
+            ) from None
 
     def _where(self, number: int, place: int) -> str:
         return f"{self._path}: line {number}, column {self._layout.names[place]!r}"
@@ -243,7 +264,9 @@ class _Parser:
             )
 
     def _advise(self, cell: str) -> str:
-        """A hint where the decimal mark may be what is wrong."""
+        """A hint where a date or the decimal mark may be what is wrong."""
+        if text_layout.is_date(cell):
+            return "; write times in seconds, or with their date, as in 2026-01-31 12:00:00.5"
         if "," in cell and ("." in cell or cell.count(",") > 1):
             return "; write numbers without marks between thousands"
         if self._decimal == "," and "." in cell:
