@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,18 @@ def test_another_kind_of_machine_does_not_take_the_file(ran: Ran) -> None:
     done = opensuction("cycle", "--compensation", file, "--out", "other", cwd=ran.cwd)
     assert (done.returncode, done.stdout) == (2, "")
     assert "calibrated on a bench machine, and this one is clinical" in done.stderr
+
+
+def test_the_command_that_it_names_can_be_pasted(ran: Ran) -> None:
+    machine = ran.cwd / "my bench.toml"
+    machine.write_text('preset = "bench"\ncatheter = "12fr"\nconduit = "standard"\n')
+    arguments = ("--machine", machine.name, "--seed", "3", "--out", "it's b4")
+    done = opensuction("calibrate", *arguments, cwd=ran.cwd)
+    (line,) = (one for one in done.stdout.splitlines() if one.startswith("Use it: "))
+    command, *words = shlex.split(line.removeprefix("Use it: "))
+    assert command == "opensuction"
+    done = opensuction(*words, "--out", "run", "--force", cwd=ran.cwd)
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_recording_can_be_identified_again(ran: Ran) -> None:

@@ -131,8 +131,8 @@ def test_what_is_claimed_is_what_fails(broken: Case, good: bool) -> None:
 
 
 def test_the_command_that_plays_a_cycle_names_what_is_not_usual() -> None:
-    chosen = Trial(faults="none", seed=3, compensation="exact-inverse", preoxygenation="skipped")
+    chosen = Trial(faults="none", seed=3, compensation="my models/b.toml", preoxygenation="skipped")
     assert trial_summary.play_command(chosen, 17) == (
-        "opensuction trial --play 17 --faults none --seed 3 --compensation exact-inverse "
+        "opensuction trial --play 17 --faults none --seed 3 --compensation 'my models/b.toml' "
         "--preoxygenation skipped"
     )

@@ -1,5 +1,6 @@
 """``calibrate``: two runs of the excitation, a verdict, a parameter file."""
 
+import shlex
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -54,13 +55,13 @@ def _compute(options: CalibrateOptions, progress: "ProgressTeller", folder: Path
 
 def _next_command(rig: RigChoice, data: Json) -> str:
     """The cycle that the parameter file is for."""
-    words = ["opensuction cycle"]
+    words = ["opensuction", "cycle"]
     for name in ("machine", "patient", "catheter", "conduit"):
         given = getattr(rig, name)
-        words += [] if given is None else [f"--{name} {given}"]
-    words += [f"--seed {rig.seed}"]
-    words += [] if rig.spread == 1.0 else [f"--spread {rig.spread:g}"]
-    return " ".join((*words, f"--compensation {data['parameter_file']}"))
+        words += [] if given is None else [f"--{name}", str(given)]
+    words += ["--seed", str(rig.seed)]
+    words += [] if rig.spread == 1.0 else ["--spread", f"{rig.spread:g}"]
+    return shlex.join((*words, "--compensation", str(data["parameter_file"])))
 
 
 def _summarise(console: "Console", data: Json, folder: Path, next_command: str) -> None:

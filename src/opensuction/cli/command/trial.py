@@ -1,5 +1,6 @@
 """``trial``: many cycles over patients, machines and faults, each judged by the truth."""
 
+import shlex
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -262,7 +263,7 @@ def _say_what_is_kept(folder: Path, heading: "Heading", cycles: int) -> str:
         return "nothing was written"
     return (
         f"{cycles:,} of {heading.cycles:,} cycles are kept; go on with: opensuction trial --resume "
-        f"--out {folder}"
+        f"--out {shlex.quote(str(folder))}"
     )
 
 

@@ -3,6 +3,7 @@
 Keys and units are a contract (docs/reference/results.md).
 """
 
+import shlex
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -33,7 +34,7 @@ def play_command(trial: Trial, number: int | str) -> str:
     for name, usual in USUAL._asdict().items():
         chosen = getattr(trial, name)
         if name != "faults" and chosen != usual:
-            words.append(f"--{name} {chosen}")
+            words.append(f"--{name} {shlex.quote(str(chosen))}")
     return " ".join(words)
 
 

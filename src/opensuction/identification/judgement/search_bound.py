@@ -11,6 +11,7 @@ import numpy as np
 from opensuction.hysteresis.bank import maxwell_slip
 from opensuction.hysteresis.bank.maxwell_slip import MaxwellSlip
 from opensuction.hysteresis.bank.play_readout import PlayReadout
+from opensuction.hysteresis.bank.residual_readout import ResidualReadout
 from opensuction.hysteresis.catalogue.generalised_model import DECAY_SETS, WIDE
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     BRIEFEST,
@@ -23,6 +24,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 )
 from opensuction.hysteresis.catalogue.play_family import LEVELS, MARGIN, PITCHES
 from opensuction.hysteresis.catalogue.readout_model import DECAYS, WIDE_WIDTHS
+from opensuction.hysteresis.catalogue.residual_model import DECAYS as RESIDUAL_DECAYS
 from opensuction.hysteresis.catalogue.slip_model import WIDE_REACHES
 from opensuction.hysteresis.generalised import Generalised
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
@@ -94,6 +96,9 @@ def find_grid_ends(record: Record, ranges: Ranges) -> dict[str, str]:
                 ("lag_weight", record.decay_lengths_mm, record.weights[:lags], longest),
                 ("play_weight", record.widths_mm, record.weights[lags:], max(WIDE)),
             ]
+        case ResidualReadout():
+            heights = np.abs(record.gains).sum(axis=1) * record.decays_mm
+            ends = [("lag_gain", record.decays_mm, heights, max(RESIDUAL_DECAYS))]
         case MaxwellSlip():
             shares = maxwell_slip.share_out(record)
             ends = [("gain", record.reaches_mm, shares, float(WIDE_REACHES[-1]))]
