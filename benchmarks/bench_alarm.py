@@ -1,4 +1,4 @@
-"""What the alarms add to a tick: with nothing wrong, and with alarms sounding."""
+"""Cost of the alarms in a tick, with nothing wrong and with alarms sounding."""
 
 import numpy as np
 import numpy.typing as npt

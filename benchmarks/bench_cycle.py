@@ -1,4 +1,4 @@
-"""How much faster than real time the closed loop runs, trace included."""
+"""Speed of the closed loop as a multiple of real time, trace included."""
 
 from typing import NamedTuple
 

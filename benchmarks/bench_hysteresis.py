@@ -1,4 +1,4 @@
-"""How long every hysteresis model takes for a recording of 30,000 samples, and for an inverse."""
+"""Time of every hysteresis model for a recording of 30,000 samples, and of its inverse."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What compiling is worth: the same source, compiled and as plain Python."""
+"""Gain in speed by compilation: the same source, compiled and as plain Python."""
 
 import time
 

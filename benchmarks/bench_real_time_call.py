@@ -1,9 +1,9 @@
-"""What a tick costs a loop that calls the controller from Python: by rows, and by Controller.
+"""Cost of a tick for a loop that calls the controller from Python: by rows, and by Controller.
 
-The inputs are those of a ventilated adult's whole cycle. Processor time, the clock's own included:
-how long the operating system lets a process wait is the business of the loop around it. The
-collector is on, and does not look through what only the benchmark has. Nothing is asserted about
-time.
+The inputs are those of a ventilated adult's whole cycle. The times are processor time, with that of
+the clock itself; how long the operating system lets a process wait concerns the loop around it.
+Garbage collection is on, but does not visit the objects that only the benchmark keeps. Nothing is
+asserted about time.
 """
 
 import gc

@@ -1,4 +1,4 @@
-"""What a person waits for: the first cycle ever, the next ones, and the first sign of life."""
+"""Waiting times of a user: the first cycle after installation, later cycles, the first output."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What the benchmarks share: a line for each ratio at the end of the run.
+"""Shared parts of the benchmarks: a line for each ratio at the end of the run.
 
 Absolute times depend on the computer and on who else uses it; what is compared here is compared
 within one run. Nothing is asserted about time. With ``--benchmark-disable`` every benchmark runs

@@ -1,4 +1,4 @@
-"""What the core computes with: numbers, masks, truth values and records, known or unknown."""
+"""Arithmetic of the core in a proof: numbers, masks, truth values and records, known or unknown."""
 
 import ast
 import math

@@ -1,7 +1,7 @@
-"""What a function asks for and what it then gives: proved once, and then used in its place.
+"""Contracts of functions: precondition and postcondition, proved once, then used for the calls.
 
-The same record serves for both, so what is used is what was proved. A function that is too large
-to be proved together with all that it calls is proved on the contracts of what it calls.
+The same record serves for the proof and for its use, so what is used is what was proved. A function
+that is too large to be proved together with all that it calls is proved on the contracts of those.
 """
 
 from collections.abc import Callable

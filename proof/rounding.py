@@ -1,4 +1,4 @@
-"""How far the result of an operation on doubles can be from the exact one, as facts for z3.
+"""Bounds of the rounding error of operations on doubles, as facts for z3.
 
 Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd edition, section 2.2.
 """

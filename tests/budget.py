@@ -1,4 +1,4 @@
-"""How many examples a property is tried with."""
+"""Budget of examples for properties that are slow to try."""
 
 from hypothesis import settings
 

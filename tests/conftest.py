@@ -1,6 +1,6 @@
-"""What every test can use: components of the system, a browser, Hypothesis without surprises.
+"""Shared fixtures: components of the system, a browser, settings of Hypothesis.
 
-And what saves time where several processes share the tests: each root is compiled by one of them.
+Also saves time where several processes share the tests: each root is compiled by one of them.
 """
 
 import fcntl

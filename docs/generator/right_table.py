@@ -1,4 +1,4 @@
-"""Who may do what, as a table."""
+"""Access rights as a table: a row for each right, a column for each role."""
 
 from docs.generator.document import table
 from opensuction.accounts.rule.right import RIGHTS, Permission, Role

@@ -1,4 +1,4 @@
-"""What a page of the site has besides its file: root pages in their place, links of tags."""
+"""Text that the site adds to a file: links of root pages adapted to their place, links of tags."""
 
 import re
 from posixpath import dirname, normpath, relpath

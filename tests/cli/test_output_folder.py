@@ -1,4 +1,4 @@
-"""Where results go: what stands there already is never overwritten unasked."""
+"""Folders of results: existing files are never overwritten unasked."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""What is told while a person waits: that something is compiled, how far and how long it took."""
+"""Progress that is shown to a waiting person: compilation, its extent, its time."""
 
 import threading
 from typing import Any

@@ -1,4 +1,4 @@
-"""What ``serve`` says of its console, and when."""
+"""Messages of ``serve`` about its console, and their order."""
 
 import threading
 

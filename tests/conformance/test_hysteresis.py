@@ -1,4 +1,4 @@
-"""What every hysteresis model owes its users, and: compiled equals plain Python."""
+"""Properties of every hysteresis model; compiled code equals plain Python."""
 
 from collections.abc import Callable
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What every model of the catalogue owes its users, asked of each under the same names."""
+"""Conformance suite of the catalogue of hysteresis models: one set of properties for all."""
 
 from collections.abc import Callable
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What must hold in every tick of every run, whatever is broken and whoever presses what."""
+"""Invariants of every tick of every run, whatever is broken and whoever presses what."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the controller's own parts report, phase by phase and event by event."""
+"""Alarms that the controller raises itself, phase by phase and event by event."""
 
 from functools import cache
 

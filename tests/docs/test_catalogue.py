@@ -1,4 +1,4 @@
-"""What the documentation takes from the code is what the code says: if not, `make docs`."""
+"""Generated parts of the documentation agree with the code; `make docs` renews them."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What code and documentation cite is in `docs/sources.md`, and everything there is cited."""
+"""Citations of code and documentation: each is in `docs/sources.md`, and each entry is cited."""
 
 import re
 import tokenize

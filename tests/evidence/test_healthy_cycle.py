@@ -1,4 +1,4 @@
-"""When a fault comes, and for how long it cannot have shown: on a cycle drawn by hand."""
+"""Instant of a fault, and the time for which it cannot show, on a cycle made by hand."""
 
 import numpy as np
 import pytest

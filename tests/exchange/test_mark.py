@@ -1,4 +1,4 @@
-"""How far a reader has come outlives it, and is never taken for another run's."""
+"""Mark of a reader's progress: it outlives the reader, and is never taken for another run's."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""How long something has held, with and without breaks."""
+"""Duration for which a condition has held, with and without breaks."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""What may be given as a recording, and what is refused in a line."""
+"""Data that the library takes as a recording, and refusals in one line."""
 
 from typing import Any
 

@@ -1,7 +1,7 @@
-"""How large numbers may be for the proofs that none of them grows into an infinity.
+"""Ranges of numbers for the proofs that none of them grows into an infinity.
 
-Settings: what a machine file may hold, and orders of magnitude beyond any machine. State: what the
-proofs show to be kept from tick to tick.
+Settings: the range of a machine file, and orders of magnitude beyond any machine. State: the range
+that the proofs show to be kept from tick to tick.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the proofs take for granted of settings holds of those that a controller starts with."""
+"""Assumptions of the proofs on settings hold for those that a controller starts with."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the runtime and a console look back at: the newest first, with how it ended."""
+"""History for runtime and console: the newest cycle first, with its end."""
 
 from collections.abc import Iterator
 from datetime import datetime, timedelta

@@ -1,4 +1,4 @@
-"""What the runtime puts on record comes back as it was, once, and nothing of it is ever changed."""
+"""Records come back as they were stored, once each, and are never changed."""
 
 import json
 from collections.abc import Callable

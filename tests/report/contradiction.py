@@ -1,4 +1,4 @@
-"""What a report must never say beside what its JSON holds; written apart from its own rules."""
+"""Contradictions between a report and its JSON, found by rules independent of the report's own."""
 
 import re
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What the machines of these tests say that they are."""
+"""Identity of the machines of these tests."""
 
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime import about

@@ -1,4 +1,4 @@
-"""What is put on record where a recorder dies between storing and saying so."""
+"""Records after a recorder that died between storing an entry and noting that it is stored."""
 
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta

@@ -1,4 +1,4 @@
-"""What goes wrong with a machine that runs does no harm, is recorded, and replays to the bit."""
+"""Faults of a running machine do no harm, are recorded, and replay to the bit."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What recordings hold of a machine that is started again before the last one has ended."""
+"""Recordings of a machine that is started again before the last recording has ended."""
 
 import os
 import stat

@@ -1,4 +1,4 @@
-"""Where a recorder goes on that comes after another one, whatever the ring still has."""
+"""Place where a recorder goes on after another one, whatever the ring still has."""
 
 from collections.abc import Iterator
 from pathlib import Path

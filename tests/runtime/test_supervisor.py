@@ -1,4 +1,4 @@
-"""Who looks after the processes: what stands still is replaced, what cannot start is said."""
+"""Supervision of the processes: one that hangs is replaced, one that cannot start is reported."""
 
 import os
 import resource

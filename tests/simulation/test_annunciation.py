@@ -1,4 +1,4 @@
-"""Who told what, and when: read from what the annunciator showed."""
+"""Source and time of each notice, read from the annunciator."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What people are told of faults that no controller can tell, played through."""
+"""Annunciator's notices of faults that no controller can report, played through."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the twin's parameters rest on: how many of them on what kind of source."""
+"""Kinds of source of the twin's parameters, with the number of parameters of each kind."""
 
 import re
 from collections import Counter

@@ -1,1 +1,1 @@
-"""What scripts and notebooks call: fits, comparisons, cycles; `import opensuction` has them."""
+"""Functions for scripts and notebooks: fits, comparisons, cycles; `import opensuction` has them."""

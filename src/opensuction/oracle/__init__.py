@@ -1,1 +1,1 @@
-"""What really happened to a patient: judged from the twin's truth alone, by nobody it concerns."""
+"""Judgement of a run by the twin's truth alone, independent of controller and procedure."""

@@ -1,7 +1,7 @@
-"""What a patient may bear, by age: from patients and guidelines alone, not from what machines hold.
+"""Bounds for the patient by age, from clinical sources alone, not from the machine's own limits.
 
-A controller has tighter limits of its own; whether it keeps them is no question here. Each bound
-has its source in `SOURCES`. Tags: docs/sources.md.
+The controller has tighter limits of its own; they are not considered here. Each bound has its
+source in `SOURCES`. Tags: docs/sources.md.
 """
 
 from typing import NamedTuple

@@ -1,14 +1,14 @@
-"""What a catheter did to a patient in a run: from the truth alone, and summed over the whole of it.
+"""Exposure of a patient in a run: depth, force, vacuum, times; by the truth, summed over the run.
 
-Nothing here knows what the controller thought, read or sent, nor its phases: a catheter without
-torque is in the airway as long as it is there, and two stretches of suction are as long as both.
-Depths are those of the tip below the tube's lower end, mm.
+Nothing here knows the controller's estimates, readings, commands or phases: a catheter without
+torque is in the airway as long as it is there, and two stretches of suction count with the sum of
+their lengths. Depths are those of the tip below the tube's lower end, mm.
 
-A patient who coughs, breathes or is moved does that to themselves. The carina is where it is at
-that instant. Pressure and lung volume are judged by those of the same lung under the same suction,
-ventilator and faults whose muscles never moved: a cough's pressure is not the machine's doing, and
-one that hides what suction takes hides nothing. A tip that a coughing carina pushes back and lets
-go again has not advanced. Force and contact are what they are, whoever moved.
+Coughs, breaths and movements are the patient's own. The carina is where it is at that instant.
+Pressure and lung volume are judged by those of the same lung under the same suction, ventilator and
+faults whose muscles never moved: a cough's pressure is not the machine's doing, and a cough that
+hides the effect of suction does not excuse it. A tip that a coughing carina pushes back and
+releases again has not advanced. Force and contact count as they are, whoever moved.
 """
 
 from collections.abc import Mapping

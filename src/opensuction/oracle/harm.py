@@ -1,9 +1,9 @@
-"""Which bounds of a patient a run broke: the judge's list, empty where nothing was broken.
+"""Bounds for the patient that a run broke; empty where it broke none.
 
-`measure` says of each bound how near it was, `find` which were broken.
+`measure` returns for each bound how near the run came to it, `find` those that were broken.
 
-It says what happened, not whose doing it was: a saturation that falls for the patient's own reasons
-is on it as any other.
+The cause is not judged: a saturation that falls for the patient's own reasons is listed as any
+other.
 """
 
 import math

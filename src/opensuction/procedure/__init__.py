@@ -1,1 +1,1 @@
-"""What the machine does: phases, transitions, the cycle and its protocol."""
+"""Procedure of the machine: phases, transitions, the cycle and its protocol."""

@@ -1,4 +1,4 @@
-"""What is put on record, as the caller says it."""
+"""Entries of the records, as a caller hands them over."""
 
 from datetime import datetime
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""What is put on record is checked before the database is asked: its words are better."""
+"""Checks of entries before they reach the database, whose own messages are less plain."""
 
 import re
 

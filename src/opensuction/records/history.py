@@ -1,4 +1,4 @@
-"""What is on record, listed for whoever looks back: the newest first, a page at a time."""
+"""Queries of past cycles, alarms and actions: the newest first, a page at a time."""
 
 from collections.abc import Sequence
 from datetime import datetime

@@ -1,8 +1,8 @@
-"""What the runtime puts on record, and asks of it.
+"""Records of cycles, alarms and people: what the runtime stores, and its queries.
 
-Each request is one transaction: all of its rows and their entries in the trail, or nothing. One
-that carries a key can be sent again after a failure or a crash: what was stored under it stays, and
-its result is given again.
+Each request is one transaction: all of its rows and their entries in the trail, or nothing. A
+request that carries a key can be sent again after a failure or a crash: what was stored under the
+key stays, and its result is returned again.
 """
 
 from collections.abc import Callable

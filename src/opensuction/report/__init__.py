@@ -1,1 +1,1 @@
-"""What happened in a cycle, for people: an HTML page, a terminal summary, a live display."""
+"""Reports of a cycle for people: an HTML page, a terminal summary, a live display."""

@@ -1,4 +1,4 @@
-"""What suction removed, and what may follow where that was little, in words."""
+"""Sentences on the secretions removed, and on the next pass where little was removed."""
 
 from opensuction.procedure.planning.pass_rule import MOST_PASSES
 from opensuction.report import figures

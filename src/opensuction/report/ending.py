@@ -1,4 +1,4 @@
-"""How a cycle ended, why, and what noticed a fault that was injected, in plain sentences."""
+"""Ending of a cycle in plain sentences: its kind, its cause, the first sign of a fault."""
 
 from opensuction.report.notice import CONTROLLER, Notice, notices, span
 from opensuction.report.summary import Summary, is_completed, number, rows, text

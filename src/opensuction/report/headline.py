@@ -1,4 +1,4 @@
-"""What a person must know first of a cycle, in one line, and the line below it.
+"""Headline of a cycle: the most urgent finding in one line, and the line below it.
 
 In this order: the catheter is still inside; a bound for the patient was broken; the most urgent
 alarm; completed with alarms; completed.

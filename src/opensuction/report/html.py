@@ -1,4 +1,4 @@
-"""What every HTML page of the project is made with: templates, styles and scripts, all inside."""
+"""Rendering of all HTML pages of the project: templates, styles and scripts in one file."""
 
 from importlib import resources
 from typing import Any

@@ -1,6 +1,7 @@
-"""What happened in a cycle, in a few plain sentences for a person at the bedside.
+"""Account of a cycle in a few plain sentences for a person at the bedside.
 
-No sentence denies an alarm, a broken bound or a figure: what is said of a figure is said by it.
+No sentence contradicts an alarm, a broken bound or a figure: each figure is described by its own
+value.
 """
 
 from opensuction.report import clearance_words, ending, figures, harm, patient_words, witness

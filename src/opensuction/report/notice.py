@@ -1,7 +1,7 @@
-"""What people were told in a cycle, whoever told them, the most urgent first.
+"""Alarms and other notices shown to people in a cycle, from every source, the most urgent first.
 
-Alarms are the controller's. Drives and power supply reach the annunciator without it: a run in
-which the controller could not speak is not a run without alarms.
+Alarms come from the controller. Drives and power supply reach the annunciator without it: a run in
+which the controller could not announce anything is not a run without alarms.
 """
 
 from collections.abc import Mapping

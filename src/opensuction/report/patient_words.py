@@ -1,4 +1,4 @@
-"""What a cycle did to the patient, in words."""
+"""Effects of a cycle on the patient, in words."""
 
 from opensuction.report import patient_figure
 from opensuction.report.figure import ATTENTION, Figure

@@ -1,7 +1,7 @@
-"""Which alarms and which broken bounds speak against which figure: no figure denies one of them.
+"""Alarms and broken bounds that speak against a figure: no figure is shown as if they were absent.
 
-A figure is by the twin's truth; an alarm is by what the machine could know. Where they differ a
-reader is shown both, and never a figure in green beside an alarm that says the opposite.
+A figure comes from the twin's truth; an alarm from what the machine could measure. Where they
+differ, both are shown, and never a figure in green beside an alarm that says the opposite.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Whose machine it is: what recordings and records say of it, which no reading tells."""
+"""Identity of machine, catheter, protocol and patient, for recordings and records."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the controller says in a tick, with the names that people and files use."""
+"""Decision of the controller in a tick, with the names that people and files use."""
 
 from functools import lru_cache
 from typing import NamedTuple

@@ -1,9 +1,9 @@
-"""How far recordings were flushed and what they hold until there, for after a recorder's death.
+"""Extent and checksum of each recording as last flushed, kept for after a recorder's death.
 
-It lies in the machine's folder, in memory, and outlives the recorder: the one that begins anew puts
-on record what the one before had written. Each write of a recording is noted before it is made and
-once it is made, so that a file is as it is noted, or its recorder died in a write: then it is as
-before that, or as after it, or ends within it.
+The notes lie in the machine's folder, in memory, and outlive the recorder: its successor puts on
+record what it had written. Each write of a recording is noted before and after it is made. So a
+file is as it is noted, or its recorder died in a write: then the file is as before that write, or
+as after it, or ends within it.
 """
 
 import contextlib

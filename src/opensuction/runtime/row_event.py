@@ -1,4 +1,4 @@
-"""What happens in rows of the control loop, as the events of a recording."""
+"""Events of a recording, derived from rows of the control loop."""
 
 from collections.abc import Iterator
 from typing import NamedTuple

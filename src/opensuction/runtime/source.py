@@ -1,4 +1,4 @@
-"""Where a recorder reads what one controller publishes, and where it goes on."""
+"""Source of a recorder: the rows and events of one controller, followed from a given place on."""
 
 from pathlib import Path
 from typing import NamedTuple

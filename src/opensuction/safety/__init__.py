@@ -1,1 +1,1 @@
-"""What the machine may do: limits and the governor that holds them."""
+"""Safety of the machine: conditions, alarms, limits, and the governor that enforces them."""

@@ -1,4 +1,4 @@
-"""What can be wrong: one enumeration, with a row for each condition.
+"""Alarm conditions: one enumeration, with a row for each condition.
 
 Whatever is laid down about a condition stands in its row and nowhere else; `condition_mask` derives
 from the rows what compiled code needs. Severity and onset of each condition are this project's own

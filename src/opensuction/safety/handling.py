@@ -1,4 +1,4 @@
-"""How a condition is handled: the behaviour of its alarm, and the reaction of the governor.
+"""Handling of a condition: the behaviour of its alarm, and the reaction of the governor.
 
 A condition to which the governor reacts is a *trip*. The words are those of [IEC-60601-1-8].
 """

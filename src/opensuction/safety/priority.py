@@ -1,4 +1,4 @@
-"""How urgent an alarm is: the priority matrix of [IEC-60601-1-8]."""
+"""Priority of an alarm: the priority matrix of [IEC-60601-1-8]."""
 
 from enum import IntEnum
 

@@ -1,4 +1,4 @@
-"""How deep the tip can be, and how shallow: there is no tip sensor.
+"""Deepest and shallowest possible position of the tip; there is no tip sensor.
 
 Between the head and the tip lies a gap whose width is known only between two bounds. Behind a gap
 of width w the catheter follows the head as ``p = min(max(p, head - w/2), head + w/2)``; the

@@ -1,7 +1,7 @@
-"""What a person can choose, as names, numbers and files: nothing is looked up here.
+"""Choices of a user as names, numbers and files; nothing is looked up here.
 
-The command line fills these records as they are; what they mean is found once, by those who use
-them. Loads nothing, so that help and completion are quick.
+The command line fills these records as they are; each choice is resolved once, by the module that
+uses it. The module imports nothing heavy, so that help and completion are quick.
 """
 
 import math

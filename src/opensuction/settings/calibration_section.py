@@ -1,4 +1,4 @@
-"""What only a calibration of the machine itself finds, as sections of the parameter file.
+"""Sections of the parameter file that only a calibration of the machine itself fills.
 
 A recording of head and tip gives the modified Dahl model; the run on the machine adds the plays,
 the curves of either direction, which machine it was and how a second run confirmed it. A

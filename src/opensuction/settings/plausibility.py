@@ -1,7 +1,7 @@
-"""Whether an identified transmission can be that of the machine it is to drive.
+"""Check that an identified transmission can be that of the machine it is to drive.
 
-The governor's interval of where the tip can be rests on the identified model, so a file of another
-machine, or of a recording with another zero, would move every limit along with the error.
+The governor's interval of possible tip positions rests on the identified model, so a file of
+another machine, or of a recording with another zero, would move every limit along with the error.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""How values, keys and names appear in messages: short, quoted, and on one line."""
+"""Wording of values, keys and names in messages: short, quoted, and on one line."""
 
 import difflib
 import re

@@ -1,7 +1,8 @@
-"""What people were told in a run, when and by whom: by the annunciator at the bedside alone.
+"""Notices to people in a run, with time and source, as the annunciator at the bedside gave them.
 
-The controller's alarms count as far as its messages bring them there. The annunciator's own lines
-tell what no controller can: that it is silent, late, or without power.
+The controller's alarms count as far as its messages bring them to the annunciator. The
+annunciator's own lines announce the states that no controller can report: that it is silent, late,
+or without power.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What a controller got in a run beside the readings in its trace: so that it can be fed again."""
+"""Log of the controller's inputs that the trace of a run lacks, so that the run can be replayed."""
 
 from typing import NamedTuple
 

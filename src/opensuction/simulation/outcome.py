@@ -1,4 +1,4 @@
-"""What a recorded cycle came to: the figures that reports, tests and trials share."""
+"""Outcome of a recorded cycle: the figures that reports, tests and trials share."""
 
 import math
 from typing import NamedTuple

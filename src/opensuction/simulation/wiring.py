@@ -1,4 +1,4 @@
-"""What lies between controller and twin: a link that may be faulty, and drives that watch over it.
+"""Connection of controller and twin: a link that may be faulty, and drives with a watchdog.
 
 It is played only where a fault of sensors, messages, power or controller is injected.
 """

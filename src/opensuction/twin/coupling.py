@@ -1,8 +1,8 @@
-"""What the machine at 1 kHz and the bedside at 100 Hz exchange, and nothing else.
+"""Exchange between the machine at 1 kHz and the bedside at 100 Hz; nothing else passes.
 
-Gas and mucus that the tip takes are added up between two steps of the bedside, so that none is
-lost; the bedside gets them a hundredth of a second late at most. The machine gets the patient's
-signs and the volume of mucus within reach of the tip.
+Gas and mucus that the tip takes are summed between two steps of the bedside, so that none is lost;
+the bedside gets them a hundredth of a second late at most. The machine gets the patient's signs and
+the volume of mucus within reach of the tip.
 """
 
 from typing import NamedTuple

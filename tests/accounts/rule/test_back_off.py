@@ -1,4 +1,4 @@
-"""How long somebody waits after failed sign-ins, whatever the clock does."""
+"""Waiting times after failed sign-ins hold, also where the clock is set back."""
 
 from datetime import timedelta
 

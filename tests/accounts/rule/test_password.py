@@ -1,4 +1,4 @@
-"""Which passwords are taken, and what is said of those that are not."""
+"""Rules of passwords: those that are accepted, and the message for each that is not."""
 
 import pytest
 from hypothesis import given

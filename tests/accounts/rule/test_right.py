@@ -1,4 +1,4 @@
-"""Who may do what, in one table."""
+"""Access rights of each role, in one table."""
 
 import json
 

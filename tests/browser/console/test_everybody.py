@@ -1,4 +1,4 @@
-"""Whether everybody can use the page: axe-core's rules of WCAG 2.2, level AA, in each state."""
+"""Accessibility of the page: axe-core's rules of WCAG 2.2, level AA, in each state."""
 
 from typing import TYPE_CHECKING, Any
 

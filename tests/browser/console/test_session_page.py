@@ -1,4 +1,4 @@
-"""What a page believes of its session: that may be ended, or another's, from elsewhere."""
+"""Session of a page that was ended elsewhere, or is now another person's."""
 
 import re
 from collections.abc import Callable, Iterator

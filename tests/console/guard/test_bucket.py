@@ -1,4 +1,4 @@
-"""How often somebody may ask."""
+"""Rate limit of requests."""
 
 from opensuction.console.guard import bucket
 from opensuction.console.guard.bucket import Buckets

@@ -1,4 +1,4 @@
-"""What a request meets before any route: refused with a problem, and the machine never notices."""
+"""Guard before all routes: a request is refused with a problem, and the machine is not affected."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""Whether a request comes from the console's own page."""
+"""Origin of a request: only the console's own page is accepted."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What has been, over the interface: narrowed, page by page, each to whom it may be shown."""
+"""History over the interface: filters, pages, and access by role."""
 
 from datetime import timedelta
 from urllib.parse import quote

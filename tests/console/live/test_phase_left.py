@@ -1,4 +1,4 @@
-"""How long a phase will last: by the plan, never less than nothing, and unsaid where unknown."""
+"""Remaining time of a phase: by the plan, never negative, and absent where unknown."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""What a page is told of a row: names, sentences, and gaps where nothing is known."""
+"""State of the machine as sent to a page: names, sentences, and gaps where nothing is known."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Why a cycle ended, for people."""
+"""Cause of a cycle's end, in words for people."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""How much a console with many pages costs: itself, the control loop, and whoever presses stop."""
+"""Load of a console with many pages: processor time, lateness of the loop, times of stops."""
 
 import json
 import subprocess

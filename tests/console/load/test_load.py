@@ -1,6 +1,6 @@
-"""What many pages cost: accounts in `make test`, figures of minutes in `make soak`.
+"""Load of many pages: accounts in `make test`, figures of minutes in `make soak`.
 
-How fast it goes is no property of the console alone, so the short run asserts on no time. Results:
+Speed depends on the computer, too, so the short run asserts on no time. Results:
 docs/evidence/2026-11-23-console-load.md.
 """
 

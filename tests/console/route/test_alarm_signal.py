@@ -1,4 +1,4 @@
-"""How alarms sound and flash, as the page is told: the machine's own figures."""
+"""Sounds and lights of alarms as sent to the page are the machine's own."""
 
 import pytest
 

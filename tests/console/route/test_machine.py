@@ -1,4 +1,4 @@
-"""What is told of the machine before anything moves, and that anybody may see it."""
+"""Description of the machine before anything moves, readable by anybody."""
 
 import pytest
 

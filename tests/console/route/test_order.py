@@ -1,4 +1,4 @@
-"""What one person presses is carried out in the order in which it was pressed; Stop overtakes."""
+"""Presses of one person are carried out in their order; Stop overtakes."""
 
 import logging
 import threading

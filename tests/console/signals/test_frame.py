@@ -1,4 +1,4 @@
-"""What a client reads out of a frame is what was in the rows."""
+"""Values that a client decodes from a frame are those of the rows."""
 
 import numpy as np
 import pytest

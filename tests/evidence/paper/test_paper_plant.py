@@ -1,4 +1,4 @@
-"""What the paper's plant may have: docs/evidence/2026-11-24-paper-plant.md."""
+"""Candidates for the paper's plant: docs/evidence/2026-11-24-paper-plant.md."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""What the runs of a hazard come to: the worst of them, and what is shown of it."""
+"""Result of a hazard's runs: the worst of them, and its presentation."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What is said of a sound cycle: a truth of the patient, or a false alarm."""
+"""Alarms in a sound cycle: true of the patient, or false."""
 
 import numpy as np
 import pytest

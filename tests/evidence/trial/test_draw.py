@@ -1,4 +1,4 @@
-"""What a cycle of a trial is follows from its number alone."""
+"""Draw of a trial's cycle: it follows from the cycle's number alone."""
 
 import numpy as np
 import pytest

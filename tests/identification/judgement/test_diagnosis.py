@@ -1,4 +1,4 @@
-"""What is wrong with a recording as a whole: joined ones, exchanged columns, a gap never seen."""
+"""Diagnosis of a recording: joined recordings, exchanged columns, a gap that was never crossed."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which fitted models drive a head, and what is said of those that do not."""
+"""Suitability of fitted models to drive a head, and the reason given for those that are not."""
 
 from itertools import pairwise
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is compiled is told, root by root; what is compiled in one is counted."""
+"""Notices of compilation, root by root, with the count of functions compiled in each."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""When the pump runs: little vacuum while the catheter goes in, that of suction at its end."""
+"""Pump and vacuum in a cycle: little while the catheter goes in, that of suction at its end."""
 
 import pytest
 

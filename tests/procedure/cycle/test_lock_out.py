@@ -1,4 +1,4 @@
-"""When resets lock a machine out: any order of stops, resets and causes."""
+"""Lock-out of a machine by resets, for any order of stops, resets and causes."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""When a cycle is due, whatever is pressed and however the machine stands."""
+"""Due times of cycles, whatever is pressed and whatever state the machine is in."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Whether mucus comes, seen on the twin's line with a sensor that is off and noisy."""
+"""Detection of mucus on the twin's line, by a sensor with offset and noise."""
 
 import math
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""How long the dwell lasts, and how fast the way out goes."""
+"""Duration of the dwell, and speed of the way out."""
 
 import pytest
 from hypothesis import given

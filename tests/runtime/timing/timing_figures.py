@@ -1,6 +1,6 @@
-"""What came of a `timing_run`: figures, and by the twin's truth what missed ticks did.
+"""Figures of a `timing_run`, and the effects of missed ticks by the twin's truth.
 
-The judge of harm is `oracle`: it knows nothing of ticks, phases or of what the controller thought.
+The judge of harm is `oracle`: it does not know ticks, phases or the controller's estimates.
 """
 
 import math

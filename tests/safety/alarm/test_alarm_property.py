@@ -1,4 +1,4 @@
-"""What holds of the alarms whatever happens and whatever is pressed."""
+"""Properties of the alarms that hold whatever happens and whatever is pressed."""
 
 import inspect
 import itertools

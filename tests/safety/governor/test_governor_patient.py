@@ -1,4 +1,4 @@
-"""What the governor does about the patient: out of the airway, or not into it."""
+"""Governor and patient: the catheter is withdrawn, or is not let in."""
 
 from collections.abc import Callable
 

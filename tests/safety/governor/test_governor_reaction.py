@@ -1,4 +1,4 @@
-"""What the governor does to the head, the valve and the vacuum, and what a reset leaves."""
+"""Reactions of the governor on head, valve and vacuum, and its state after a reset."""
 
 import math
 

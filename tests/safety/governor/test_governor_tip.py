@@ -1,4 +1,4 @@
-"""What the governor makes of a catheter that is not where its head has it."""
+"""Governor and a catheter that is not where its head has it."""
 
 import pytest
 from hypothesis import given

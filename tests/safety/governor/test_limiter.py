@@ -1,4 +1,4 @@
-"""What of a proposal is let through, a tick at a time: each limit, on it and just beyond."""
+"""Limits on a proposal, a tick at a time: each limit, on it and just beyond."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Where each signature of the line begins: limits, times and names, one tick at a time."""
+"""Limits, times and names of each signature of the line, one tick at a time."""
 
 import math
 

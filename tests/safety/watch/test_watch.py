@@ -1,4 +1,4 @@
-"""What the governor makes of a tick's readings: limits, times, dropouts and what a reset keeps."""
+"""Evaluation of a tick's readings: limits, times, dropouts and the state after a reset."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What the governor makes of cam and line: suction, a sealed line, its highest vacuum."""
+"""Evaluation of cam and line: suction, a sealed line, its highest vacuum."""
 
 import pytest
 

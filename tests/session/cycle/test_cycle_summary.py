@@ -1,4 +1,4 @@
-"""What the summary of a cycle says in words and names."""
+"""Words and names in the summary of a cycle."""
 
 from opensuction.procedure.cycle.transition import BROKEN_OFF
 from opensuction.safety.alarm.alarm_episode import Episode

@@ -1,4 +1,4 @@
-"""What a cycle ran on, by name."""
+"""Names of catheter and conduit in the summary of a cycle."""
 
 from opensuction.session.cycle import machine_summary
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, lay

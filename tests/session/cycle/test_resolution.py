@@ -1,4 +1,4 @@
-"""What a choice means: here, of a protocol in a file."""
+"""Resolution of a choice: a protocol in a file."""
 
 from pathlib import Path
 

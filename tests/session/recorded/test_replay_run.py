@@ -1,4 +1,4 @@
-"""What a replay says beside its figures: what is other than when it was recorded; the verdict."""
+"""Notes of a replay on differences from the time of the recording, and its verdict."""
 
 from pathlib import Path
 from typing import Any

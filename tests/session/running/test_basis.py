@@ -1,4 +1,4 @@
-"""What settings are made from, written and read back."""
+"""Basis of settings, written and read back."""
 
 import json
 from pathlib import Path

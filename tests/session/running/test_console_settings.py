@@ -1,4 +1,4 @@
-"""Where a console may listen, and what is refused before anything is started."""
+"""Addresses and certificates of a console, and refusals before anything is started."""
 
 import socket
 import subprocess

@@ -1,4 +1,4 @@
-"""What lies in a machine's folder: for its user alone, and never written through a link."""
+"""Privacy of a machine's folder: for its user alone, and never written through a link."""
 
 import os
 import stat

@@ -1,4 +1,4 @@
-"""How long ticks took, over a run of any length."""
+"""Distribution of tick times over a run of any length."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What faults add to bounds: few, for that fault alone, and each with a reason."""
+"""Allowances of faults on bounds: few, for that fault alone, and each with a reason."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the controller sent is kept beside what the drives obeyed."""
+"""Commands of the controller are kept beside those that the drives obeyed."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What faults of clamp, tip, tube, motor, mains and patient do, played on a patient."""
+"""Effects of faults of clamp, tip, tube, motor, mains and patient, played on a patient."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""What is called safe, on traces made by hand."""
+"""Predicates of safe states, on traces made by hand."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,4 +1,4 @@
-"""What a patient does, put together: by seed and run, and not at all where they are quiet."""
+"""Behaviour of a patient as a whole: by seed and run, and none where the patient is quiet."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What can go wrong with a patient: closed forms, and nothing else changes."""
+"""Faults of a patient: closed forms, and nothing else changes."""
 
 import numpy as np
 import pytest

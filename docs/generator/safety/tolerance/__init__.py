@@ -1,1 +1,1 @@
-"""How far each threshold of the controller is from what a sound machine shows."""
+"""Distance of each threshold of the controller from the readings of a sound machine."""

@@ -1,4 +1,4 @@
-"""How often filtered noise crosses a threshold: closed forms and an exact count by the filter.
+"""Rate at which filtered noise crosses a threshold: closed forms, and an exact count by the filter.
 
 White noise that went through filters of first order is a Gaussian process. It crosses a level of
 u standard deviations upwards ``arccos(rho) / (2 pi) exp(-u^2 / 2)`` times a sample, rho being the

@@ -1,4 +1,4 @@
-"""How large each error of the machine may be: in the worst machine that is drawn, and in a file."""
+"""Largest error of each machine parameter: in the worst machine drawn, and in a parameter file."""
 
 from opensuction.twin.parameter import CLINICAL, SPREAD_LIMIT
 from opensuction.twin.sensor.sensor_parameter import SENSORS

@@ -1,4 +1,4 @@
-"""What the procedure asks of the control: a tip reference, the valve, the pump."""
+"""Demand of the procedure on the control: a tip reference, the valve, the pump."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Why a start or a reset is refused, as a number in the core and in words outside."""
+"""Reasons for which a start or a reset is refused, as numbers in the core and words outside."""
 
 import math
 from enum import IntEnum

@@ -1,4 +1,4 @@
-"""When a cycle is due: on request, at timed intervals, or as a prompt to look at the patient.
+"""Schedule of cycles: on request, at timed intervals, or a prompt to look at the patient.
 
 Guidelines prefer suctioning as needed: it is as good as scheduled suctioning [AARC-2022], and more
 than six a day are a risk factor for desaturation and bleeding [Maggiore-2013]. Timed cycles

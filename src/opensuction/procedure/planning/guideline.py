@@ -1,4 +1,4 @@
-"""What guidelines allow, by age: the table that the planner enforces and the report shows.
+"""Limits of the clinical guidelines by age: the planner enforces them, the report shows them.
 
 Tags: docs/sources.md.
 """

@@ -1,6 +1,6 @@
-"""How many passes may follow each other, with what rest, and whether oxygen is asked for; by age.
+"""Rules of repeated passes by age: their number, the rest between them, pre-oxygenation.
 
-Tags: docs/sources.md. Why so: docs/decisions/0017.
+Tags: docs/sources.md. Reasons: docs/decisions/0017.
 """
 
 from opensuction.kernel.age_group import AgeGroup

@@ -1,4 +1,4 @@
-"""Where the tip goes on this machine with this patient; the bench is a site without a patient."""
+"""Depths for the tip on this machine with this patient; the bench is a site without a patient."""
 
 from typing import Annotated, NamedTuple
 

@@ -1,1 +1,1 @@
-"""What the line tells of the mucus, and how long suction goes on by it."""
+"""Detection of mucus from the suction line, and the duration of suction by it."""

@@ -1,14 +1,14 @@
-"""Whether mucus comes: from the line vacuum, by the gas that the catheter lets through.
+"""Detection of mucus from the line vacuum, by the gas flow that the catheter lets through.
 
-Mucus at the tip or in the bore leaves less room for gas. What the canister takes in is what the
-pump takes out, less what its pressure rises by; a free catheter draws the root of the vacuum times
-a constant of its bore. Where mucus comes, the line takes in a smaller share of that.
+Mucus at the tip or in the bore leaves less room for gas. The flow into the canister is the pump's
+flow less the share that raises the canister's pressure; a free catheter draws the root of the
+vacuum times a constant of its bore. Where mucus comes, the line takes in a smaller share of that.
 
 Two kinds of line. Where the free catheter draws more than the pump keeps up with, the vacuum falls
 below its set point and the balance holds as long as the pump runs; at the set point the regulator
-lets air in that nobody measures, and the share is overstated, but still well below a free one's.
+lets in air that nothing measures, and the share is overstated, but still well below a free one's.
 Where a thin catheter draws so little that it would not show, the pump rests with the valve open
-(decision 19), and only those rests are looked at: the vacuum's fall is then the flow.
+(decision 19), and only those rests are evaluated: the vacuum's fall is then the flow.
 
 The vacuum is taken over windows, a line fitted through each: white noise of a sensor averages out,
 and an offset of 7 mmHg changes the share by 6 % at most.

@@ -1,8 +1,8 @@
-"""How long suction goes on where it is, and how fast it goes out, by what comes.
+"""Duration of suction where the tip stopped, and speed on the way out, by the mucus that comes.
 
-The dwell ends when nothing has come for a stated time. What is left of its time is spent on the way
-out where mucus comes again: there the tip goes slowly. Suction never lasts longer than it was
-planned to, with or without.
+The dwell ends when nothing has come for a stated time. The time that it saves is spent on the way
+out where mucus comes again: there the tip goes slowly. In either case suction lasts no longer than
+planned.
 """
 
 from typing import NamedTuple

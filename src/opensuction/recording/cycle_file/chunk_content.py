@@ -1,4 +1,4 @@
-"""What is in a chunk: rows and events, by the descriptions that came before them."""
+"""Content of a chunk: rows and events, decoded by the descriptions that precede them."""
 
 import struct
 import zlib

@@ -1,4 +1,4 @@
-"""What happened at an instant of a recording: a message for each, of its own protobuf type."""
+"""Events of a recording: a message at an instant, each of its own protobuf type."""
 
 from functools import cache
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""How far a file goes and what it holds until there: its length and the SHA-256 of those bytes."""
+"""Extent of a file: a length, and the SHA-256 of the bytes up to it."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""What a recording says of itself before its first row: whose it is, and what replay must know."""
+"""Heading of a recording, ahead of its rows: its origin, and the data that a replay needs."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""What a row of numbers is called in protobuf: the description that travels in the file.
+"""Protobuf description of a row of numbers, which is stored in the file with the rows.
 
 No ``.proto`` file: the description is made from the columns' dotted names, a message for each
 prefix, so that whoever opens the file sees a tree. It holds all that is needed to read the rows.

@@ -1,7 +1,7 @@
-"""What a recording holds of a controller: a row for each tick, and each state that was set.
+"""Tables of a controller in a recording: a row for each tick, and each state that was set.
 
-The same columns whoever records, the simulation or a machine. A tick's row has all that went in,
-all that came out, and the whole state after it.
+The columns are the same for a simulation and a machine. A tick's row has all inputs, all outputs,
+and the whole state after the tick.
 """
 
 from opensuction.controller.record import Inputs, Outputs, State

@@ -1,4 +1,4 @@
-"""Which database: a file's path, or a URL."""
+"""Address of the database of records: a file's path, or a URL."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What every table is made of: names of constraints, bounds, types of columns."""
+"""Building blocks of all tables: names of constraints, bounds, types of columns."""
 
 from sqlalchemy import BigInteger, CheckConstraint, Integer, MetaData
 

@@ -1,4 +1,4 @@
-"""What can go wrong with a database, each one plain line."""
+"""Failures of a database, each as one plain line."""
 
 import sqlite3
 from collections.abc import Iterator

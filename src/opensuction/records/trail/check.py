@@ -1,4 +1,4 @@
-"""Whether the trail is whole, and whether what is stored is what it says."""
+"""Check that the audit trail is complete, and that the stored rows agree with it."""
 
 import json
 from collections import Counter

@@ -1,4 +1,4 @@
-"""What a person must know first of a day of cycles: the most urgent thing of any of them."""
+"""Verdict of a day of cycles in one line: the most urgent finding of all its cycles."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple

@@ -1,1 +1,1 @@
-"""What people are told."""
+"""Alarms that are announced to people."""

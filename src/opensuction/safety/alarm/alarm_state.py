@@ -1,4 +1,4 @@
-"""What alarms are set to, what is remembered of them, what people press and what they are told."""
+"""Records of the alarms: settings, state, buttons, and the signals that are shown and sounded."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What IEC 60601-1-8 asks of sound and light, what is chosen within it, and how well it is known.
+"""Values of alarm sounds and lights: the range that IEC 60601-1-8 asks for, the choice, its source.
 
 No text of the standard could be read: docs/sources.md says what each tag stands for.
 """

@@ -1,1 +1,1 @@
-"""What may pass to the drives."""
+"""Governor: limits the commands to the drives."""

@@ -1,7 +1,7 @@
-"""Which trips there is a cause for: everything measured against the limits, and the proposal.
+"""Trips that have a cause in this tick: all measurements and the proposal held against the limits.
 
-Most of what may go wrong is counted by the watch: ticks without a reading, durations. While none of
-these has begun, none is compared with its limit.
+The watch counts most of what may go wrong: ticks without a reading, durations. While none of these
+has begun, none is compared with its limit.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""How a proposal becomes less: the setpoints that may be let through, and what that is called.
+"""Limitation of a proposal: the setpoints that are let through, and the reaction that this is.
 
-Nothing here remembers or judges; `opensuction.safety.governor.governor` does.
+It has no memory and judges nothing; `opensuction.safety.governor.governor` does.
 """
 
 from opensuction.kernel.commands import Setpoints

@@ -1,1 +1,1 @@
-"""Where the catheter head is, how it moves and what it meets: sensors and motor together."""
+"""Position, motion and load of the catheter head, from its sensors and its motor together."""

@@ -1,4 +1,4 @@
-"""How far in the head can be by what was commanded: beyond it, it runs away."""
+"""Upper bound of the head's position by the commands so far; a head beyond it runs away."""
 
 from typing import NamedTuple
 

@@ -1,13 +1,13 @@
-"""What the insertion motor's current says of the force that resists the head.
+"""Force that resists the head, estimated from the insertion motor's current.
 
-The current is the force at the head. What of it does not accelerate the moving mass works against
-friction, the catheter and whatever holds it. Speed and current go through the same average, so that
-a start or a stop leaves no trace; contact of the tip (0.3 N) is less than friction varies, so only
-a jam shows.
+The current is the force at the head. The part of it that does not accelerate the moving mass works
+against friction, the catheter and whatever holds it. Speed and current go through the same average,
+so that a start or a stop leaves no trace; contact of the tip (0.3 N) is less than friction varies,
+so only a jam shows.
 
 A current is believed as far as the motor bears it out: volts less back-EMF drive it through the
 winding. At a standstill there is no back-EMF, and what the sensor reads beyond the volts' current
-is its offset; without torque there are no volts, and all that it reads is.
+is its offset; without torque there are no volts, and the whole reading is offset.
 """
 
 from typing import NamedTuple

@@ -1,10 +1,11 @@
-"""Where the catheter head is: its two sensors and the motor's own model vote, none decides alone.
+"""Position of the catheter head by a vote of its two sensors and the motor's model.
 
 The encoder sits on the motor, the second sensor on the head itself, behind gear and rack. The
-third voice is the motor: volts less what the current takes in the winding are its back-EMF, which
-is its speed. A reading that no head can have come to is ridden out on what agrees; the odd one is
-voted out for good, until a person resets, and named. What both sensors say against all expectation
-is believed after some ticks: readings that begin to come late do that.
+third voice is the motor: volts less the drop of the current in the winding are its back-EMF, which
+gives its speed. None of the three decides alone. A reading that no head can have come to is bridged
+by those that agree; a sensor that stays odd is voted out, and named, until a person resets. What
+both sensors say against all expectation is believed after some ticks: readings that begin to come
+late do that.
 """
 
 from typing import NamedTuple

@@ -1,6 +1,6 @@
-"""How fast the insertion motor turns, by its volts and its current: a head sensor of its own.
+"""Speed of the insertion motor from its voltage and its current: a head sensor of its own.
 
-Volts less what the current takes in the winding are the back-EMF, which is proportional to speed.
+Volts less the drop of the current in the winding are the back-EMF, which is proportional to speed.
 """
 
 from opensuction.kernel.compiled import compiled

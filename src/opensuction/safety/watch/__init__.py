@@ -1,1 +1,1 @@
-"""What readings say against the limits."""
+"""Evaluation of the readings against the limits."""

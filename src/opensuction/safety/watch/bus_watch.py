@@ -1,9 +1,9 @@
-"""Whether the sensors' messages are new ones, or the last again and again.
+"""Detection of sensor messages that repeat the last readings instead of new ones.
 
-A sensor that is sold has noise: its last digits change from tick to tick. Where those of the
-vacuum have gone up and down so far and all sensors now tell the same to the last digit, it is no
-reading, whatever the head does. Sensors without noise tell nothing of the kind while all of them
-rest: from a head that must move they are told all the same.
+A sensor as sold has noise: its last digits change from tick to tick. Where those of the vacuum have
+gone up and down so far and now all sensors repeat themselves to the last digit, nothing is read any
+more, whatever the head does. Sensors without noise show nothing of the kind while all of them rest;
+with a head that must move, repetition is detected with them, too.
 """
 
 from typing import NamedTuple

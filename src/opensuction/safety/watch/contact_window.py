@@ -1,10 +1,10 @@
-"""Where the contact switch may close, and where it must have closed, by head travel and time.
+"""Window of the contact switch: head travel and time in which it may, and must, have closed.
 
-There is no tip sensor, only how deep the tip can be at most and at least behind the gap
+There is no tip sensor, only the deepest and the shallowest possible tip behind the gap
 (`opensuction.safety.tip_bound`). Closed where even the deepest possible tip has nothing to touch,
 the switch is stuck or bridged. Open where even the shallowest possible tip has passed the carina,
-the carina was missed, or the switch cannot close; whether it has been seen to close and to open
-again tells how far it can be trusted.
+the carina was missed, or the switch cannot close; how far the switch can be trusted depends on
+whether it has been seen to close and to open again.
 """
 
 from typing import NamedTuple

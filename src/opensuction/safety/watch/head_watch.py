@@ -1,4 +1,4 @@
-"""What the head's motion tells: its speed, the forces on it, whether it does what it is told."""
+"""Motion of the head, tick by tick: its speed, the forces on it, its obedience to the commands."""
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled

@@ -1,19 +1,19 @@
-"""What the line vacuum tells of pump, regulator, valve, canister and catheter.
+"""Fault signatures of the line vacuum: pump, regulator, valve, canister and catheter.
 
 Judged against the set point and the pump command that were let through, and against the cam. A
 sound line rises to its set point as long as it is pumped, holds it (and up to 5 mmHg more) behind a
 closed valve, keeps its vacuum while the pump rests for the insertion, falls to the equilibrium of
 pump and free catheter when the valve opens, and vents on command.
 
-Each detector presumes something, and another one sees the line where that does not hold. That the
-set point is held presumes that it has been reached: until then the line must rise, from
+Each detector has a precondition, and another detector covers the line where that does not hold.
+That the set point is held presumes that it has been reached: until then the line must rise, from
 `BEGUN_S` after the pump was told to. That a resting line keeps its vacuum presumes that there is
 some: it is held to the most that it has had in this rest, from the first tick on, and the procedure
 lets the tip go in only once a rest has shown it (`progress.is_kept`). A slide that opens with its
 cam is the cam's (`valve_axis`). A thin catheter beside a running pump is seen by none of them: on
 the way in no pump runs, and at its end it would suck there anyway.
 
-What looks alike in the canister's vacuum is named by the table
+Faults that look alike in the canister's vacuum are named by the table
 in `docs/explanations/alarms.md`.
 """
 

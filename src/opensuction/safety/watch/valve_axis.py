@@ -1,4 +1,4 @@
-"""Whether the cam follows the valve command: it must move at once, and arrive in time."""
+"""Supervision of the valve's cam against its command: it must move at once, and arrive in time."""
 
 from typing import NamedTuple
 

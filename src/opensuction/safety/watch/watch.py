@@ -1,4 +1,4 @@
-"""What the governor knows of the machine: the last readings, and for how long something has held.
+"""Watch of the machine for the governor: the last readings, and the durations of what holds.
 
 Nothing here decides; `opensuction.safety.governor.governor` does.
 """

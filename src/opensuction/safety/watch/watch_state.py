@@ -1,4 +1,4 @@
-"""What the governor knows of the machine, as records."""
+"""Records of the governor's watch: durations, readings and their evaluation."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a person should know of a cycle that no alarm says: one sentence each."""
+"""Warnings of a cycle that no alarm gives, a sentence each."""
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl

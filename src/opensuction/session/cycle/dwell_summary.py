@@ -1,4 +1,4 @@
-"""How suction where the tip stopped ended, for the JSON of a cycle."""
+"""Summary of the dwell, for the JSON of a cycle: its duration and the cause of its end."""
 
 import numpy as np
 

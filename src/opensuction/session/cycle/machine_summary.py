@@ -1,4 +1,4 @@
-"""What a cycle ran on, in plain data: catheter and conduit, the model of its machine, its settings.
+"""Equipment of a cycle in plain data: catheter and conduit, the machine's model, its settings.
 
 Keys and units are a contract (docs/reference/results.md).
 """

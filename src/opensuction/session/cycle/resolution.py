@@ -1,4 +1,4 @@
-"""What a choice for a cycle means: protocol, machine, patient, compensation, faults; found once."""
+"""Resolution of the choices for a cycle: protocol, machine, patient, compensation, faults."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a person does at the machine between the cycles of a day: looks, renews, gives oxygen."""
+"""Actions of a person between the cycles of a day: assessment, a new catheter, oxygen."""
 
 from typing import NamedTuple
 

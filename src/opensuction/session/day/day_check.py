@@ -1,4 +1,4 @@
-"""Whether what a person chose for a day of cycles can be meant."""
+"""Check of the choices for a day of cycles."""
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.errors import InputError

@@ -1,4 +1,4 @@
-"""What a recorded cycle came to, by what its machine measured and its controller estimated.
+"""Summary of a recorded cycle, from its machine's readings and its controller's estimates.
 
 Keys and units are those of `session.cycle.cycle_summary`, so that the same report shows both; the
 key ``basis`` says which it is. What only the twin knows is None, and no bound for the patient is

@@ -1,4 +1,4 @@
-"""What happened in a simulated run, as the events of its recording."""
+"""Events of a simulated run for its recording."""
 
 from collections.abc import Iterator
 

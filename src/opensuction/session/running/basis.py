@@ -1,7 +1,7 @@
-"""What a machine's settings are made from, in its folder, so that others can be made of it.
+"""Basis of a machine's settings, stored in its folder, so that other settings can be made of it.
 
-The controller never reads it. Whoever sets a protocol writes another one, which takes its place in
-the tick in which the controller goes by the new settings.
+The controller never reads it. Whoever sets a protocol writes a new basis, which takes the place of
+the old one in the tick in which the controller adopts the new settings.
 """
 
 import json

@@ -1,7 +1,7 @@
-"""What a console is set to: where it listens, with which certificate, which records it shows.
+"""Settings of a console: its address, its certificate, the records that it shows.
 
-It is reached from this computer alone, unless it has a certificate: names, passwords and what a
-patient is treated with are not sent across a network for everybody to read.
+It can be reached from this computer alone, unless it has a certificate: names, passwords and
+treatment data are never sent unencrypted across a network.
 """
 
 import json

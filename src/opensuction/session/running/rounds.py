@@ -1,7 +1,7 @@
-"""Who starts the cycles of a machine that runs by itself: a clock, and what a person does for it.
+"""Automatic starts of cycles on a running machine, by the clock, with the actions of its attendant.
 
-On the twin the person is simulated: looks at the patient when that is due, gives oxygen, presses
-start. A cycle that did not end as planned is for a real one: no other is started.
+On the twin the attendant is simulated: looks at the patient when that is due, gives oxygen, presses
+start. A cycle that did not end as planned needs a real person: no other is started.
 """
 
 import time

@@ -1,12 +1,13 @@
-"""What single faults add to the bounds of a run, each with its reason.
+"""Allowances of single faults on the bounds of a run, each with its reason.
 
 Some faults do harm before any sensor can show them, or leave no actuator that could prevent it. For
-these a bound is higher by what physics makes unavoidable, as a number, and the higher bound is
-checked as the common one is for all other faults. Some are a harm by themselves: a patient whose
-circuit has come off is without pressure, whatever a suction machine does.
+these a bound is raised by the amount that physics makes unavoidable, as a number; the raised bound
+is checked in the same way as the common one is for all other faults. Some faults are a harm by
+themselves: a patient whose circuit has come off is without pressure, whatever a suction machine
+does.
 
-It is not part of a fault's row: the rows say what happens to the machine, in the twin, and a bound
-says what a patient may bear, which is for those to judge who check a trace.
+An allowance is not part of a fault's row: the rows describe effects on the machine, in the twin; a
+bound describes what a patient may bear, and belongs to the judgement of a trace.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Which fault, when, and how strong."""
+"""Faults to inject: kind, instant and strength."""
 
 from typing import NamedTuple
 

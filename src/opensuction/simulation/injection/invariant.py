@@ -1,8 +1,7 @@
-"""What must hold in every tick of a run under any fault, checked on the trace afterwards.
+"""Invariants of every tick of a run under any fault, checked on the trace afterwards.
 
 The *command side* is what the controller sends, judged by what it has read: no fault excuses a
-breach.
-What happens to the patient is for others to judge: see `run_judgement`.
+breach. The effects on the patient are judged elsewhere: see `run_judgement`.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Where a run with faults leaves its rows: a few at a time as rows, and kept as columns."""
+"""Memory for the rows of a run with faults: written a piece at a time, kept as columns."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What a safe state is put together from: predicates on a trace, by name.
+"""Predicates of safe states on a trace, by name.
 
 Each is true or false in every tick. They are judged on the truth of the twin and on the commands
 that the drives obeyed, not on what the controller has read.

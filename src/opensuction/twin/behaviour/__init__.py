@@ -1,1 +1,1 @@
-"""What patients do of their own accord: cough, breathe, move; and what the oximeter makes of it."""
+"""Spontaneous behaviour of patients: coughs, breaths, movements; and artefacts of the oximeter."""

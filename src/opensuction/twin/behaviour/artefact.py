@@ -1,7 +1,7 @@
-"""What the oximeter shows that is not so: too low, an old value, or nothing at all.
+"""Artefacts of the oximeter: a value that is too low, an old value, or none.
 
-Motion and cold fingers do that; so it comes by chance, and more often when the patient coughs. What
-the saturation truly is does not change.
+Motion and cold fingers cause them: they come by chance, and more often when the patient coughs. The
+true saturation does not change.
 """
 
 from typing import NamedTuple

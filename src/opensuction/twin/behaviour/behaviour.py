@@ -1,4 +1,4 @@
-"""What a patient does of their own accord, put together: one pure step at the bedside's 100 Hz.
+"""Spontaneous behaviour of a patient as a whole: one pure step at the bedside's 100 Hz.
 
 A quiet patient does nothing: `is_lively` is off, and the bedside leaves all of this out.
 """

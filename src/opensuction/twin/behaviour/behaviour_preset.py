@@ -1,4 +1,4 @@
-"""What a patient does, from parameters; and who does it at all."""
+"""Spontaneous behaviour of a patient from its parameters, with the switch that enables it."""
 
 from opensuction.kernel.constant import HOUR_S
 from opensuction.twin.behaviour.artefact import Artefact

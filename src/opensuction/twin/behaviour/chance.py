@@ -1,8 +1,8 @@
-"""When something happens by chance: as often as a rate says, which may change all the time.
+"""Random events at a rate that may change all the time.
 
-An exponential number is drawn once for each event, and the rate wears it down; at nothing left the
-event comes. So a rate that rises and falls gives the right number of events, and no random number
-is drawn in between.
+An exponential number is drawn once for each event, and the rate reduces it; when nothing is left
+the event comes. So a rate that rises and falls gives the right number of events, and no random
+number is drawn in between.
 """
 
 import math

@@ -1,8 +1,8 @@
-"""How secretions move by themselves: cilia and coughs carry them up, some stick, some lie too deep.
+"""Spontaneous transport of secretions: cilia and coughs carry them up, some adhere, some lie deep.
 
 Loose ones lie in the trachea's bins, where suction can reach them. Adherent ones cling to its wall
 from the tube to the carina and come loose slowly. Deep ones lie below the carina and come up with
-the others. A cough brings some of the topmost out through the tube. None is lost from the books.
+the others. A cough brings some of the topmost out through the tube. Their total is conserved.
 """
 
 from typing import NamedTuple

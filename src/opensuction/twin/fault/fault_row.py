@@ -1,4 +1,4 @@
-"""What is known of a fault: what is broken, how strong it can be, what it changes, what detects it.
+"""Row of a fault: the part that is broken, its range of strength, its effects, its detectors.
 
 Strengths are [assumed] where no source is given: ranges run from what does nothing much to what no
 machine survives, defaults are strong enough to matter.

@@ -1,8 +1,8 @@
-"""When a fault is there: for good, for a tick, by turns, or as its course goes on.
+"""Course of a fault in time: permanent, for one tick, in turns, or in steps of its own.
 
-A fault of a sensor or of the link has its spell among its parameters, and the tick asks whether it
-is there. A fault of machine or patient has a course, which a run follows in steps: nothing of the
-twin's tick knows of it.
+A fault of a sensor or of the link has its duration among its parameters, and each tick asks whether
+it is present. A fault of machine or patient has a course, which a run follows in steps: the twin's
+tick knows nothing of it.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What lies between controller and machine: sensors' wires, messages and power, sound or not.
+"""Link between controller and machine: sensors' wires, messages and power, sound or faulty.
 
 A run without such faults does not use it. A run with one passes every reading and every command
 through here, and controller and drives get what comes out. Recent messages of both directions are

@@ -1,1 +1,1 @@
-"""What the machine's sensors make of the truth, as such parts are sold."""
+"""Sensors of the machine, as imperfect as such parts are sold."""
