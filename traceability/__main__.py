@@ -1,25 +1,27 @@
-"""``python -m traceability``: is anything claimed that nothing shows? Exit 1 if so.
+"""``python -m traceability``: refuse claims that nothing shows, and docstrings that are questions.
 
-Every gap is one line on stderr; where there is none, one line says what was looked at.
+Every problem is one line on stderr, and the exit status is 1; where there is none, one line says
+what was looked at.
 """
 
 import sys
 
-from traceability import matrix
+from traceability import docstring, matrix
 
 
 def main() -> int:
-    """Hold hazards, requirements and tests against each other."""
+    """Hold hazards, requirements and tests against each other, and look through the docstrings."""
     found = matrix.read()
-    gaps = matrix.gaps(found)
-    for gap in gaps:
-        print(gap, file=sys.stderr)  # noqa: T201
-    if gaps:
+    sources = docstring.read()
+    problems = matrix.gaps(found) + docstring.problems(sources)
+    for problem in problems:
+        print(problem, file=sys.stderr)  # noqa: T201
+    if problems:
         return 1
     tests = {mark.test for mark in found.marks}
     print(  # noqa: T201
         f"Traceability: {len(found.hazards)} hazards with faults, {len(found.requirements)} "
-        f"requirements verified by {len(tests)} tests"
+        f"requirements verified by {len(tests)} tests, {len(sources)} docstrings of modules"
     )
     return 0
 

@@ -1,0 +1,59 @@
+"""Check that no docstring of a module opens with a question word."""
+
+from pathlib import Path
+
+import pytest
+
+from traceability import docstring
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("What the drives are told.", "What"),
+        ("whether mucus comes.", "whether"),
+        ("Who's there.", "Who"),
+        ("Whose machine it is.", "Whose"),
+        ("\n    How long it lasts.", "How"),
+        ("Where the head is.", "Where"),
+        ('"When" a cycle is due.', "When"),
+        ("Which database.", "Which"),
+        ("Why: a start is refused.", "Why"),
+    ],
+)
+def test_a_question_word_is_found(text: str, word: str) -> None:
+    assert docstring.question_word(f"'''{text}'''\nX = 1\n") == word
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        '"""Commands to the drives and their replies."""\n',
+        '"""Whatever is read, kept."""\n',
+        '"""However, a line."""\n',
+        '"""Explain how a cycle ended.\n\nWhat follows is not looked at.\n"""\n',
+        'def ask() -> None:\n    """What a function says is its own."""\n',
+        "# What a comment says, too.\n",
+        "",
+    ],
+)
+def test_any_other_beginning_is_none(source: str) -> None:
+    assert docstring.question_word(source) is None
+
+
+def test_each_module_is_one_line_with_the_word_and_the_remedy() -> None:
+    sources = {"src/b.py": '"""How."""', "src/c.py": '"""A pump."""', "docs/a.py": '"""Why."""'}
+    assert docstring.problems(sources) == [
+        'src/b.py: its docstring opens with "How"; name the thing, or say what it does',
+        'docs/a.py: its docstring opens with "Why"; name the thing, or say what it does',
+    ]
+
+
+def test_the_folders_that_are_type_checked_are_read(tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text('[tool.mypy]\nfiles = ["src", "tests"]\n')
+    for name in ("src/room/b.py", "tests/a.py", "build/c.py"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True)
+        path.write_text(f'"""What {name} is."""\n')
+    (tmp_path / "src" / "notes.md").write_text("What is not Python.\n")
+    assert list(docstring.read(tmp_path)) == ["src/room/b.py", "tests/a.py"]
