@@ -1,4 +1,4 @@
-"""All that a console, or a command, asks of people's accounts."""
+"""Operations on people's accounts, as a console or a command calls them."""
 
 from collections.abc import Iterable
 from datetime import timedelta

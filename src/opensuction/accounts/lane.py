@@ -1,4 +1,4 @@
-"""What failed sign-ins are counted by, and the counting."""
+"""Counters of failed sign-ins: one for each account, address and known browser."""
 
 from typing import NamedTuple
 

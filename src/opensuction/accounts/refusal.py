@@ -1,4 +1,4 @@
-"""Why something is refused: each one plain line, with nothing in it that helps somebody guess."""
+"""Refusals of the accounts: one plain line each, with nothing in it that helps somebody guess."""
 
 import math
 

@@ -1,4 +1,7 @@
-"""What somebody shows who has signed in. Only its hash is kept: whoever reads it shows nothing."""
+"""Secrets of sessions, programs and known browsers. Only their hashes are stored.
+
+Somebody who reads the database therefore cannot sign in with it.
+"""
 
 import hashlib
 import hmac

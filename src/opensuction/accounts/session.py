@@ -1,4 +1,4 @@
-"""Who asks, and what that person, or that program, may do now."""
+"""Sessions of people and access tokens of programs, and the check of their rights."""
 
 from contextlib import suppress
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""Where accounts are kept, and how they are changed: one transaction, with its entry."""
+"""The accounts' database, changed by transactions: each change with its entry in the trail."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""With what status ``opensuction`` ends, and how help says it."""
+"""Exit statuses of ``opensuction``, and their description in the help."""
 
 import signal
 

@@ -1,4 +1,4 @@
-"""What a person may say on the command line: every option once, by the field that it fills."""
+"""Options of the command line: each defined once, under the name of the field that it fills."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a command tells on stderr while it works: lines, a spinner on a terminal, compilations."""
+"""Progress of a command on stderr: lines, a spinner on a terminal, news of compilations."""
 
 import threading
 import time

@@ -1,7 +1,7 @@
-"""Who asks, and whether that person, or that program, may.
+"""Authentication of a request, and the check of its rights, as dependencies of the routes.
 
-Routes take what they need from here by ``Depends``. Whoever looks at the database does so in a
-thread: these are plain functions.
+Routes take them by ``Depends``. Those that read the database are plain functions, so that they run
+in a thread.
 """
 
 from collections import OrderedDict

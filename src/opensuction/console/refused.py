@@ -1,4 +1,4 @@
-"""Refusals by role on record: who tried what; but a flood of them does not fill the database."""
+"""Record of refusals by role: person and attempt, rate-limited so that a flood does not fill it."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""The console's end of the network: who says too little for too long is sent away.
+"""The console's network server: it closes connections that send too little for too long.
 
 A server that waits for the rest of a request as long as somebody likes can be kept busy by one who
 sends a letter a minute.

@@ -1,4 +1,4 @@
-"""What a console is made of: whose machine, which records, who may ask, where it listens."""
+"""Parts of a console that its routes use: machine folder, records, accounts, hub, address."""
 
 import os
 import re

@@ -1,1 +1,1 @@
-"""How the machine moves: servos, motion profiles, compensation of the transmission."""
+"""Motion control: servos, motion profiles, compensation of the transmission."""

@@ -1,12 +1,12 @@
-"""What the controller's own parts report as alarm conditions: phases, pre-use test, upkeep, host.
+"""Alarm conditions of the controller's own parts: phases, pre-use test, upkeep, host.
 
-The governor's trips are conditions already. Here are those that nobody else sees: why the machine
-stopped, that it needs a recovery, what the pre-use test found, how old the catheter is, and that
-cycles which were due do not come. Everything is a bit mask of `condition.Condition`.
+The governor's trips are conditions already. Here are those that no other part detects: the reason
+of a stop, a recovery that is needed, the findings of the pre-use test, the age of the catheter, and
+cycles that were due and did not start. Everything is a bit mask of `condition.Condition`.
 
 A person's abort is no alarm: whoever pressed the button knows that the machine stops, and an alarm
-that only says what was just done teaches people not to listen. What is still due is another
-matter: a schedule whose time has come while nothing can start is one.
+that only says what was just done teaches people not to listen. A schedule whose time has come while
+no cycle can start is an alarm all the same.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""What is known of a machine from an identification run, or from nominal values alone."""
+"""Calibration of a machine: the result of an identification run, or nominal values alone."""
 
 from typing import Annotated, NamedTuple
 

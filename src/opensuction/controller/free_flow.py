@@ -1,4 +1,4 @@
-"""What line and free catheter do, by which the procedure sees whether mucus comes."""
+"""Flow of the suction line with a free catheter, against which the procedure detects mucus."""
 
 import math
 

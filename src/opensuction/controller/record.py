@@ -1,4 +1,4 @@
-"""What the controller is set to, remembers, is given and gives."""
+"""Records of the controller: settings, state, inputs and outputs."""
 
 from typing import NamedTuple
 

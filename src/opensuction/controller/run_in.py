@@ -1,4 +1,4 @@
-"""How much earlier than the reference a head begins to move: rehearsed on its model, once."""
+"""Run-in of the head: its lead over the reference at a start, rehearsed on its model beforehand."""
 
 import math
 from collections.abc import Callable

@@ -1,7 +1,7 @@
-"""Whether settings are numbers that can be held: a limit of nan is broken by nothing.
+"""Check that the controller's settings are numbers, finite where required, of the right sign.
 
-Nor is one of the wrong sign: with a gain of speed below 0 the limiter would let the head's command
-further in than was proposed (docs/safety/proof.md).
+No value exceeds a limit of nan. With a negative gain of speed the limiter would let the head's
+command further in than was proposed (docs/safety/proof.md).
 """
 
 import math

@@ -1,8 +1,8 @@
-"""What the twin's process is asked to break, and when it does; asked by `twin_faults`.
+"""Faults in the twin's process, each injected when it is due; requested through `twin_faults`.
 
-Before each tick it looks whether something is due, which takes a comparison. What is due is put
-into the row that is played: the sound machine with all faults that have come, as in a simulated
-run. A sensor that keeps what it showed keeps what it showed the controller last.
+The check before each tick takes one comparison. A fault that is due changes the row that is played:
+the sound machine with all faults so far, as in a simulated run. A sensor that freezes keeps the
+value that it showed the controller last.
 """
 
 import json

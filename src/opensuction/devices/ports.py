@@ -1,9 +1,9 @@
-"""What the control loop asks of any machine, whether it turns motors or only reckons.
+"""The control loop's interface to a machine, whether it turns motors or only computes.
 
-A machine keeps its own time. Its readings are there when the loop comes for them, the newest ones;
-what the loop wants is there when the machine comes for it. Neither waits for the other. Without new
-commands for `Facts.watchdog_s` the machine's drives act on their own, and obey nothing until a
-controller says that it has started anew (`Sent.released`).
+A machine keeps its own time. The loop reads its newest readings, and the machine takes the loop's
+newest commands; neither waits for the other. Without new commands for `Facts.watchdog_s` the
+machine's drives act on their own, and obey nothing until a controller says that it has started anew
+(`Sent.released`).
 """
 
 from typing import NamedTuple, Protocol

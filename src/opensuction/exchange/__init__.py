@@ -1,1 +1,1 @@
-"""How the processes of one machine keep time and tell each other: deadlines, rings, requests."""
+"""Timing and communication of one machine's processes: deadlines, rings, requests."""

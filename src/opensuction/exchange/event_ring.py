@@ -1,6 +1,7 @@
-"""What happens once, in words: a ring of short texts, from the one process that knows.
+"""Ring of events as short texts, from one writing process to any number of readers.
 
-Rows say what is so in each tick; who asked for it and what was answered is said here.
+Rows hold the state of each tick; events hold what happens once, such as who made a request and what
+the answer was.
 """
 
 import json

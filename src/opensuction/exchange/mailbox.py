@@ -1,9 +1,9 @@
-"""What people ask of a running controller: datagrams that the loop takes up without waiting.
+"""Mailbox of a running controller: requests as datagrams that the loop reads without waiting.
 
-Each says who asks, when, and by a key what is the same question again: one that comes twice is
-obeyed once. One that is old, that comes after a later one of the same sender, or from nobody is
-refused; to stop is refused to nobody, and has a socket of its own that no other request can fill.
-Every datagram is answered among the loop's events.
+Each names its sender, its time, and a key: a request that comes twice under one key is obeyed once.
+A request that is old, that comes after a later one of the same sender, or that names no sender is
+refused. A stop is never refused, and has a socket of its own that no other request can fill. Every
+datagram is answered among the loop's events.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""How far a reader has come, in a file that outlives it: whoever reads after it goes on there."""
+"""Position of a reader, in a file that outlives it: the next reader resumes there."""
 
 import mmap
 import os

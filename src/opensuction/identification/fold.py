@@ -1,9 +1,9 @@
-"""How a recording is cut for cross-validation: blocks between reversals, and parts that are apart.
+"""Folds of a recording for cross-validation: blocks between reversals, and two separate parts.
 
-A block is what lies between reversals of the input, or a piece of it where there are few: what one
-stroke shows is then predicted from the others, and not from its own neighbours. Parts that are
-apart, for what is to be transferred, are the slow blocks against the fast ones, or, at one speed,
-the first half against the second.
+A block is the recording between two reversals of the input, or a piece of it where there are few:
+each stroke is then predicted from the others, and not from its own neighbours. The two parts, for a
+model that is to be transferred, are the slow blocks and the fast ones, or, at one speed, the first
+half and the second.
 Source: [Racine-2000] for blocks where neighbours are alike; [Breiman-1984] sec. 3.4.3 for the rule
 of one standard error.
 """

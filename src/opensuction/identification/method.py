@@ -1,4 +1,4 @@
-"""Which models can be identified from a recording, and by which methods."""
+"""Models that can be identified from a recording, and the methods for each."""
 
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.hysteresis_model import (

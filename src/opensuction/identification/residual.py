@@ -1,4 +1,4 @@
-"""How far a model's output is from a recording, and how it changes with each parameter."""
+"""Residual of a model against a recording, and the derivative of its output by each parameter."""
 
 import math
 

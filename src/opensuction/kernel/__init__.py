@@ -1,1 +1,1 @@
-"""What every room shares: the compiled decorator, phases, readings, commands, rows, errors."""
+"""Foundation of every room: the compiled decorator, phases, readings, commands, rows, errors."""

@@ -1,4 +1,4 @@
-"""What the controller tells the actuators each tick."""
+"""Commands of the controller to the actuators in each tick."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""For how long something has held, without a break or with some, in seconds or in ticks."""
+"""Duration for which something has held, without a break or with some, in seconds or in ticks."""
 
 from opensuction.kernel.compiled import compiled
 

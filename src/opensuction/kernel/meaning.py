@@ -1,4 +1,4 @@
-"""What a setting means, beside its type and range, so that the documentation can show it."""
+"""Meaning of a setting beside its type and range, for the documentation."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What the machine reports to the controller each tick."""
+"""Readings of the machine and the patient monitor in each tick."""
 
 from typing import NamedTuple
 

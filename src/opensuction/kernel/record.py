@@ -1,4 +1,4 @@
-"""What records hold besides single numbers, and the record that holds nothing."""
+"""Arrays in records, and a record whose fields are all 0."""
 
 from functools import cache
 from typing import Any, TypeVar, get_type_hints

@@ -1,4 +1,4 @@
-"""What people ask of the controller, and what its host says about itself."""
+"""People's requests to the controller, and the reports of its host process."""
 
 from typing import NamedTuple
 

@@ -1,1 +1,1 @@
-"""What is decided of accounts, as plain functions and tables: no clock, no database, no chance."""
+"""Rules of the accounts as plain functions and tables: no clock, no database, no random numbers."""

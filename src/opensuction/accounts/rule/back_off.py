@@ -1,9 +1,9 @@
-"""How long after failed sign-ins the next one is refused.
+"""Waiting time after failed sign-ins, before the next attempt is accepted.
 
-Counted at once for the account and for where the request comes from; or, where a browser shows that
-this account signed in there before, for the account on that browser alone. So whoever guesses a
-password from elsewhere keeps nobody out who has been here before, and no wait is longer than
-`longest_s`. A refused attempt is not counted: it makes no wait longer.
+Failures are counted for the account and for the address of the request at once; or, where a browser
+shows that this account signed in there before, for the account on that browser alone. Somebody who
+guesses a password from elsewhere therefore never locks out a person on a known browser, and no wait
+is longer than `longest_s`. A refused attempt is not counted: it makes no wait longer.
 
 Source: [OWASP-Device-Cookies]; the numbers are [assumed].
 """

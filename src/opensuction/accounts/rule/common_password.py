@@ -1,7 +1,7 @@
-"""What passwords are made of most often: words, and ways across the keyboard.
+"""Common parts of passwords: frequent words, and runs of neighbouring keys.
 
-The words are those that lists of leaked passwords have in common, and what is said in a hospital
-about this machine. [assumed]
+The words are those that lists of leaked passwords have in common, and those that a hospital uses
+for this machine. [assumed]
 """
 
 _LISTED = """

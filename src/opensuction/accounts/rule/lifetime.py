@@ -1,4 +1,7 @@
-"""How long a sign-in holds. By the computer's clock, for it must outlive the console's process."""
+"""Lifetimes of sessions, known browsers, one-time passwords and access tokens.
+
+They are counted by the computer's clock: a sign-in outlives the console's process.
+"""
 
 from datetime import datetime, timedelta
 

@@ -1,4 +1,4 @@
-"""Where a request comes from, as it is counted and put on record."""
+"""Network address of a request, in the form that is counted and put on record."""
 
 import ipaddress
 

@@ -1,4 +1,4 @@
-"""Which passwords are taken: long ones, that nobody would try first. No letters are prescribed.
+"""Rules for new passwords: long, and not easily guessed. No kinds of characters are prescribed.
 
 Source: [NIST-800-63B] rev. 4, 3.1.1.2: at least 15 characters where nothing else is asked for, at
 least 64 allowed, no rules on kinds of characters, none of the commonest, nothing of the name.

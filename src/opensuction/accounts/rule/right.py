@@ -1,4 +1,4 @@
-"""What each role may do: one table, which the API obeys and the page shows.
+"""Rights of each role: one table, which the API enforces and the page shows.
 
 Source of the roles: [design] everybody may stop; only a clinician starts; only an engineer changes
 limits or calibration, with a reason.

@@ -1,4 +1,4 @@
-"""What ``opensuction cycle --help`` teaches: examples, files, faults."""
+"""Help text of ``opensuction cycle``: examples, files, faults."""
 
 import textwrap
 

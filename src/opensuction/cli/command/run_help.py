@@ -1,4 +1,4 @@
-"""What the help of ``run`` and ``ask`` says."""
+"""Help texts of ``run`` and ``ask``."""
 
 from opensuction.cli.completion import REQUESTS
 

@@ -1,4 +1,4 @@
-"""What the help of ``serve`` says."""
+"""Help text of ``serve``."""
 
 SERVE = (
     "As run, but nothing starts by itself: people ask, at the bedside console in a browser or with "

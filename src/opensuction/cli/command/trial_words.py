@@ -1,4 +1,4 @@
-"""What ``opensuction trial`` says: its help's examples, its summary, how long it takes still."""
+"""Texts of ``opensuction trial``: examples for its help, summary, remaining time."""
 
 from collections.abc import Iterator
 from pathlib import Path

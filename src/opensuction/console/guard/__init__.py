@@ -1,1 +1,1 @@
-"""What stands between the network and the console: it lets through what can be meant well."""
+"""Protection of the console against the network: checks and limits that every request must pass."""

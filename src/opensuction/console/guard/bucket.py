@@ -1,4 +1,4 @@
-"""How often somebody may ask: a bucket of tokens each, which fills again by itself."""
+"""Token buckets for rate limits: one for each name, refilled at a constant rate."""
 
 import threading
 import time

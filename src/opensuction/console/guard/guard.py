@@ -1,7 +1,8 @@
-"""The first that a request meets: what cannot be meant well goes no further.
+"""The first check of every request: it must be of this host and origin, and within the limits.
 
-Another host or origin, too much, too slow, too often: refused with a problem, and logged without
-anything that is secret. Every answer, also of what fails within, gets the headers of `header`.
+A request from another host or origin, too large, too slow or too frequent is refused with a
+problem, and logged without anything secret. Every answer, also after a failure inside, gets the
+headers of `header`.
 """
 
 import asyncio

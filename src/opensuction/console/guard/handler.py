@@ -1,4 +1,4 @@
-"""From whatever a route raises to a problem+json; none of it says more than it should."""
+"""Handlers that turn the exceptions of routes into problem+json, without details of the inside."""
 
 from collections.abc import Sequence
 from typing import Any

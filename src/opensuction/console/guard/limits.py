@@ -1,4 +1,4 @@
-"""How much of everything is let through; a page needs a tenth of it."""
+"""Limits of a console on rates, sizes, times and connections; a page needs a tenth of them."""
 
 from typing import NamedTuple
 

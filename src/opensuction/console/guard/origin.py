@@ -1,7 +1,7 @@
-"""Whether a request comes from the console's own page: by the headers that a browser adds itself.
+"""Check that a request comes from the console's own page, by headers that browsers add themselves.
 
-A page of another origin can have a browser send requests, with cookies and all; it cannot have it
-lie about where they come from. Source: [OWASP-CSRF], [Fetch-Metadata].
+A page of another origin can make a browser send requests, cookies included; it cannot make it
+misstate their origin. Source: [OWASP-CSRF], [Fetch-Metadata].
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""How a request is refused: a problem+json that says why, in one plain line.
+"""Refusal of a request: a problem+json with the reason in one plain line.
 
 Source: [RFC-9457].
 """

@@ -1,4 +1,4 @@
-"""Who may ask how often, by what is asked for."""
+"""Rate limits of a console by kind of request: for each address, connection or session."""
 
 import hashlib
 

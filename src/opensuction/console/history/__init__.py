@@ -1,1 +1,1 @@
-"""What has been: cycles, alarms, acts, and what they come to over days."""
+"""History of the machine: cycles, alarms, actions, and trends over days."""

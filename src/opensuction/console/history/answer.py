@@ -1,4 +1,4 @@
-"""What the history's routes answer, as the interface describes it."""
+"""Response bodies of the history's routes, as the interface describes them."""
 
 from datetime import date, datetime
 from typing import Annotated, Any, Literal, Self

@@ -1,4 +1,4 @@
-"""Who has recordings worked on, one at a time, and keeps what comes of it."""
+"""Jobs on recordings: reports, replays and figures, one of a kind at a time, with results kept."""
 
 import json
 import logging

@@ -1,9 +1,9 @@
-"""What was worked out of recordings, kept beside them: a figure is computed once.
+"""Cache of results from recordings, in a folder beside them: each is computed once.
 
 It is a folder of files and no table: the records are append-only and audited, and hold what
-happened; this is only what can be worked out anew. Whoever deletes the folder loses time. A file is
-named by its recording and by a key of that recording's size and time and of this software, so that
-nothing old is ever shown for something new.
+happened; these results can be computed again. Deleting the folder costs time, and nothing else. A
+file is named by its recording and by a key of that recording's size and time and of this software,
+so that no outdated result is ever shown.
 """
 
 import contextlib

@@ -1,4 +1,4 @@
-"""Where a cycle's recording lies: a name on record, looked up in the recordings' folder alone."""
+"""File of a cycle's recording: its name on record, looked up in the recordings' folder alone."""
 
 import re
 import stat

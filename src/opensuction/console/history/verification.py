@@ -1,4 +1,4 @@
-"""Whether the records are whole, looked at in a thread: a long trail takes a while."""
+"""Verification of the whole trail of the records, in a thread: a long trail takes a while."""
 
 import logging
 import threading

@@ -1,1 +1,1 @@
-"""What the machine is now, for all who look, and what people ask of it."""
+"""Present state of the machine for every page, and people's requests to it."""

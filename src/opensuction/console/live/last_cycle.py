@@ -1,4 +1,4 @@
-"""How the last cycle ended, as it is on record; looked up when the machine has come to rest."""
+"""Outcome of the last cycle on record, looked up when the machine has come to rest."""
 
 import threading
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What is known of the machine, the patient and the next cycle before anything moves."""
+"""Description of machine, patient and next cycle, as known before anything moves."""
 
 import json
 from datetime import timedelta

@@ -1,4 +1,4 @@
-"""How long the present phase will still last, where that can be said; else nothing is said."""
+"""Remaining time of the present phase, where it can be predicted."""
 
 from opensuction.console.live.row import Row
 from opensuction.controller.record import Settings

@@ -1,4 +1,4 @@
-"""What a cycle will do, in one line: the same for what is in force and for a draft of it."""
+"""One-line description of a planned cycle, of the protocol in force or of a draft."""
 
 import math
 

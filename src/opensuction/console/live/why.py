@@ -1,4 +1,4 @@
-"""Why a cycle ended as it did, in words for a person: on record stand the names."""
+"""Reasons for the end of a cycle, in words for a person: the records hold names of events."""
 
 from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle.transition import Event

@@ -1,6 +1,6 @@
-"""How alarms sound and flash: the figures of the machine itself, which the page follows.
+"""Sound and light of alarms: the machine's own figures, which the page follows.
 
-What sounds, and when, is the machine's to say (`GET /state`); here stands only how.
+The machine decides which alarm is signalled, and when (`GET /state`); this is only its form.
 """
 
 from fastapi import APIRouter

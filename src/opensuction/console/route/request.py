@@ -1,4 +1,4 @@
-"""What people ask of the machine: each is a button of the controller's, pressed from a page."""
+"""People's requests to the machine: each presses a button of the controller from a page."""
 
 import asyncio
 from typing import Annotated, Any, Literal

@@ -1,1 +1,1 @@
-"""What is set before a cycle: protocol, travel length, the transmission of the machine."""
+"""Set-up before a cycle: protocol, patient, travel length, transmission, catheter."""

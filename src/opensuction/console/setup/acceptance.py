@@ -1,4 +1,4 @@
-"""What an identification found, put in force on the machine at the bed by an engineer."""
+"""Acceptance of an identification: an engineer puts its result in force at the bedside."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What the planner makes of a protocol, for people: way, times, vacuum, guidelines."""
+"""The planner's arithmetic of a protocol, for people: travel, times, vacuum, guidelines."""
 
 import math
 from typing import Any

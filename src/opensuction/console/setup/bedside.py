@@ -1,4 +1,4 @@
-"""What setting up must know of the machine as it is now, from its newest row."""
+"""Present state of the machine as set-up needs it, from its newest row."""
 
 import time
 from typing import NamedTuple

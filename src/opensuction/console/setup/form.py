@@ -1,4 +1,4 @@
-"""What people send to set a machine up: shapes of the requests' bodies."""
+"""Request bodies of the set-up routes."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""Who lies there, as far as the machine's settings depend on it."""
+"""The patient at the machine, as far as the machine's settings depend on it."""
 
 from typing import Any
 

@@ -1,7 +1,7 @@
-"""What can be drawn: every column of the control loop's rows, and the tip worked out of them.
+"""Channels of signals: every column of the control loop's rows, and the tip derived from them.
 
-The useful ones have a title of their own; the others are named by their columns, for an engineer
-who looks for one of them knows it from the code.
+Commonly used channels have a title; the others are named by their columns, since an engineer who
+looks for one of them knows it from the code.
 """
 
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""What a client may ask for: which channels, and how much of what has been."""
+"""Parameters of a request for signals: its channels, and how much of the past to send."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the control loop writes, read once for all: rows in blocks, and what happened in them.
+"""The control loop's rows in blocks, and the events in them, read once for all clients.
 
 A control process may end and another one begin; then its ring is another file, and is followed.
 """

@@ -1,4 +1,4 @@
-"""One who looks at signals: what waits to be sent, never more than a few messages.
+"""A subscriber to signals: its queue of messages to be sent, never more than a few.
 
 A client that takes them too slowly loses some, and is told how many rows. It is never waited for,
 and what waits for it never grows.

@@ -1,4 +1,4 @@
-"""What the compensators of the benchmark are tried on: twins, and hysteresis models as plants.
+"""Plants of the benchmark: twins, and hysteresis models on an ideal servo.
 
 Every plant is identified by the same excitation and the same estimators before it is compensated;
 no compensator is handed a plant's parameters. Models fitted to our own bench are in the class of

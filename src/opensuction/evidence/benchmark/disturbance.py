@@ -1,7 +1,7 @@
-"""What changes after the identification, behind the controller's back: the benchmark's columns.
+"""Changes of a plant after its identification, unknown to the controller: the benchmark's columns.
 
 A transmission's gap, gain and offset drift with the conduit's route, with temperature and with how
-the catheter is clamped; polymers creep; commands come late. Nobody tells the compensator.
+the catheter is clamped; polymers creep; commands come late. The compensator is told of none.
 """
 
 from typing import NamedTuple

@@ -1,10 +1,10 @@
-"""What the paper's plant must have for Bouc-Wen to fit it no better than modified Dahl.
+"""Properties that the paper's plant needs for Bouc-Wen to fit it no better than modified Dahl.
 
 The paper reports .8301 mm for one and .8009 mm for the other; on our twin Bouc-Wen leaves a tenth.
-Each candidate is a conduit of plays with one thing more, brought to the paper's loop by three
-numbers: width, gain and the amount of that thing, so that the identified gap and slope, and what
-modified Dahl leaves, are the paper's. What Bouc-Wen then leaves is measured, and so are the
-parameters and the tracking that nothing was fitted to. No controller and no twin take part.
+Each candidate is a conduit of plays with one property more. Three numbers, its width, gain and the
+amount of that property, are solved for the identified gap and slope and the modified Dahl residual
+of the paper. The Bouc-Wen residual, the parameters and the tracking are then measured; nothing was
+fitted to them. No controller and no twin take part.
 """
 
 import math

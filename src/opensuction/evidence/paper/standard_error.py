@@ -1,7 +1,7 @@
-"""How far two numbers may be apart by chance alone, from the scatter of both.
+"""Standard errors of the difference of two numbers, from the scatter of both.
 
-A tolerance is what the difference exceeds by chance in one case of twenty: standard errors times
-the quantile of Student's t, its degrees of freedom by Welch and Satterthwaite.
+A tolerance is exceeded by chance in one case of twenty: it is the standard error times the quantile
+of Student's t, its degrees of freedom by Welch and Satterthwaite.
 """
 
 import math

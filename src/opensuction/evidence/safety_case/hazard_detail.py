@@ -1,4 +1,4 @@
-"""What the page of a safety case shows of a hazard beyond the JSON object, as plain data."""
+"""Details of a hazard for the page of a safety case, beyond the JSON object, as plain data."""
 
 import math
 

@@ -1,7 +1,7 @@
-"""What a run of a hazard came to: told, safe, what the patient bore, and where the tip is.
+"""Result of one run of a hazard: alarm, safe state, harm to the patient, catheter left inside.
 
-Judged by the oracle, from the twin's truth; an alarm counts from when somebody at the bedside was
-told of it.
+It is judged by the oracle, from the twin's truth; an alarm counts from the instant at which
+somebody at the bedside was told of it.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""How bad and how likely the harm of a hazard is judged to be, before and after its controls.
+"""Risk of a hazard before and after its controls: severity and probability of the harm.
 
 The words are those of [ISO-14971]; levels, matrix and every estimate are this project's own
 judgement, for no machine is in the field. `docs/safety/risk.md` shows them.

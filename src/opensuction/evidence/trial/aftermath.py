@@ -1,7 +1,7 @@
-"""How long a cycle is watched once its machine rests: until it can do nothing new to its patient.
+"""Observation after a cycle, until the machine at rest can do nothing new to its patient.
 
-Then the patient is followed alone: saturation is lowest, and shown so late, that the worst of it
-comes when the catheter has long been out.
+The patient is then followed without the machine: saturation reaches its minimum, and the oximeter
+shows it, long after the catheter is out.
 """
 
 import math

@@ -1,8 +1,8 @@
-"""What is said in a cycle in which nothing is wrong: which of it is so, and which is a false alarm.
+"""True and false alarms of a cycle without faults.
 
-What a patient's monitor tells is held against the truth of the patient: a saturation below its
-limit is told rightly, and so is contact of a tip that touches. Nothing else may be said of a sound
-machine.
+An alarm from the patient monitor is compared with the truth of the patient: a saturation below its
+limit is told rightly, and so is the contact of a tip that touches. Any other alarm of a sound
+machine is false.
 """
 
 from collections.abc import Callable

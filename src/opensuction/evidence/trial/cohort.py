@@ -1,4 +1,4 @@
-"""Who lies at the machines of a trial: sets of patients by name."""
+"""Cohorts of a trial: sets of patients by name."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What each cycle of a trial is: its machine, its faults, their strengths and instants.
+"""Random draw of each cycle of a trial: its machine, its faults, their strengths and instants.
 
 All of it follows from the trial and the cycle's number, so that any cycle can be played again alone
 and any part of a trial on its own, and a longer trial begins with the cycles of a shorter one.

@@ -1,4 +1,4 @@
-"""What a trial came to: how often what was broken, and how sure that is."""
+"""Counts of a trial: broken bounds with their confidence bounds, unnoticed faults, endpoints."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence

@@ -1,10 +1,10 @@
-"""What plays of any width remember, as the head's turning points: a bounded stack in a tuple.
+"""Turning points of the head, the memory of plays of any width: a bounded stack in a tuple.
 
-Of all that a head has done only those turns count that no later travel has gone beyond: the last
-reversals, each within the one before. They are kept here from the outermost to the last; the first
-is where a long retract ended. From them the position of a play of any width follows, so that a tick
-hands on sixteen numbers however many plays a model has. Where more turns lie within one another,
-the two innermost make room: what is forgotten is the smallest loop.
+Only those turns count that no later travel has gone beyond: the last reversals, each within the one
+before. They are kept from the outermost to the last; the first is where a long retract ended. The
+position of a play of any width follows from them, so that a tick hands on sixteen numbers however
+many plays a model has. Where more turns lie within one another, the two innermost are dropped: the
+smallest loop is forgotten.
 
 Unused places repeat the last turn. An odd number of turns ends with one at the low end, so that the
 head moves in from it; an even number with one at the high end.

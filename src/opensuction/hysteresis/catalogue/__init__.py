@@ -1,1 +1,1 @@
-"""What is known of every model of hysteresis, one entry each."""
+"""Catalogue of the hysteresis models, one entry each."""

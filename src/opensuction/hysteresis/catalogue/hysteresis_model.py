@@ -1,4 +1,4 @@
-"""What every hysteresis model offers under one set of names, whatever its record looks like.
+"""Common interface of the hysteresis models, whatever their records look like.
 
 Identification, comparison and the conformance suite use models only through this. Records have
 the type `Any` here; each model's own module types them exactly, and is what the control core uses.

@@ -1,11 +1,12 @@
-"""What is believed of a changed transmission: evidence of a cycle, weighed, bounded and recorded.
+"""Adaptation to a changed transmission: the evidence of a cycle, weighed, bounded and recorded.
 
-Two witnesses: the contact with the carina tells the scale of the gap (`gap_scale`), the passages
-of the light barrier tell scale and offset (`mouth_passage`). They are weighed by their errors. A
-patient who coughs or is moved while the tip touches spoils the contact, never the barrier: where
-both differ, the one that what was known before bears out is believed. What one witness alone says
-and no move of the patient explains is dropped, and believed when it says so again. What is trusted
-is what the governor's bounds on the tip hold for: see docs/decisions/0007, 0036 and 0037.
+There are two witnesses: contact with the carina shows the scale of the gap (`gap_scale`), the
+passages of the light barrier show scale and offset (`mouth_passage`). They are weighted by their
+errors. A patient who coughs or is moved while the tip touches spoils the contact, never the
+barrier: where the two differ, the one that agrees with what was known before is believed. A finding
+of one witness alone that no move of the patient explains is dropped, and believed once the next
+cycle repeats it. Scale and offset are trusted only where the governor's bounds on the tip hold: see
+docs/decisions/0007, 0036 and 0037.
 """
 
 import math

@@ -1,1 +1,1 @@
-"""How good an identified model is."""
+"""Assessment of identified models: confidence, diagnosis, comparison, choice."""

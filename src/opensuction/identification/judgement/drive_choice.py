@@ -1,4 +1,4 @@
-"""Which model a machine is driven by: all that drive, held against one another on one recording.
+"""Choice of the model that drives a machine, by comparison of all candidates on one recording.
 
 Strokes are left out in turn and predicted from the others. The calibration's own plays, whose
 curvature goes on beyond the recorded depths, stay unless another model surely predicts better, and

@@ -1,4 +1,4 @@
-"""Whether a fitted model can drive a head, and in which form; if not, why not and what would do."""
+"""Suitability of a fitted model to drive a head: its form there, or the reason and a remedy."""
 
 from typing import NamedTuple
 

@@ -1,7 +1,7 @@
-"""Over which inputs and speeds a model was fitted, and what leaves them.
+"""Range of inputs and speeds that a model was fitted to, and the check for inputs that leave it.
 
-A model of hysteresis says nothing sure beyond either: its lines go on as they end, and the speed
-it was fitted at is part of what it learned, whether it knows of speed or not.
+A model of hysteresis predicts nothing surely beyond either: its lines continue as they end, and the
+speed of the recording is part of the fit, whether the model depends on speed or not.
 """
 
 import math

@@ -1,10 +1,10 @@
-"""Which of several identified models to take, by what it is for, with the reason in words.
+"""Recommendation of one of several identified models for a purpose, with the reason in words.
 
 Models are ordered by their effective number of parameters; the simplest that is not surely worse
-than the best is taken (`fold.choose_simplest`), and never one that does worse than the modified
-Dahl model on what was left out. Where the input turns so seldom that no branch is seen twice, a
-piece left out of a stroke says nothing of the next stroke: then only that model is taken, or the
-one that stays near it. Nothing that was held out is looked at.
+than the best is taken (`fold.choose_simplest`), and never one that predicts the left-out blocks
+worse than the modified Dahl model. Where the input turns so seldom that no branch is seen twice,
+one piece of a stroke says nothing of the next stroke: then only that model is taken, or one that
+contains it. Held-out samples are not used.
 Source: [Breiman-1984] sec. 3.4.3 for the rule of one standard error.
 """
 

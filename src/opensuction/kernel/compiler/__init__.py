@@ -1,1 +1,1 @@
-"""How a core function becomes machine code, by way of numba: once for each that Python calls."""
+"""Compilation of core functions to machine code by numba: once for each that Python calls."""
