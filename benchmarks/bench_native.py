@@ -24,7 +24,7 @@ from opensuction.control.preview import RunIn
 from opensuction.control.servo import Servo, ServoState
 from opensuction.hysteresis import play_bundle, play_sum
 from opensuction.hysteresis.play_sum import PlaySum
-from opensuction.kernel import tiny
+from opensuction.kernel import denormals
 from opensuction.kernel.compiled import compiled
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import ideal_loop
@@ -78,7 +78,7 @@ CONSTANTS = {
     "CONDUIT_PLAYS": play_bundle.PLAYS,
     "CONDUIT_OF_PLAYS": TransmissionKind.PLAYS,
     "CREEP_MM_PER_S": creep.VELOCITY_MM_PER_S,
-    "TINY": tiny.TINY,
+    "TINY": denormals.TINY,
 }
 """Constants of the core by their names in C."""
 

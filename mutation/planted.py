@@ -57,7 +57,7 @@ FAULTS = (
     ),
     Fault(
         "a hung process is not replaced",
-        "runtime/ward.py",
+        "runtime/supervised_process.py",
         "if running_s > allowed_s and self._heartbeat",
         "if running_s > 1e9 and self._heartbeat",
         f"{RUNTIME}/test_supervisor.py"
@@ -79,12 +79,12 @@ FAULTS = (
     ),
     Fault(
         "ticks that were missed are caught up",
-        "exchange/pace.py",
+        "exchange/deadline_scheduler.py",
         "            self.deadline_ns += missed * self.period_ns\n"
         "            self.skipped += missed\n"
         "            return missed\n",
         "            return 0\n",
-        "tests/exchange/test_pace.py::test_a_missed_tick_is_skipped_and_never_caught_up",
+        "tests/exchange/test_deadline_scheduler.py::test_a_missed_tick_is_skipped_and_never_caught_up",
     ),
     Fault(
         "a body is waited for for ever",

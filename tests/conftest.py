@@ -68,7 +68,7 @@ ORDER = (
     "tests/controller/test_cycle.py",  # the loop with falsified readings
     "tests/controller/test_exploration.py",  # the loop with its links
     "tests/",
-    "tests/kernel/test_tiny.py",
+    "tests/kernel/test_denormals.py",
     "tests/controller/",
     "tests/runtime/test_embedded_controller.py",  # what the call is compiled for elsewhere
 )

@@ -15,12 +15,12 @@ import pytest
 from opensuction.accounts.accounts import Accounts
 from opensuction.console import console_process
 from opensuction.devices.twin_process import PLAYS
+from opensuction.exchange.process_lock import holder
 from opensuction.exchange.ring import RingReader
-from opensuction.exchange.sole import holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.records.records import Records
-from opensuction.runtime import room
+from opensuction.runtime import paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from tests.cli.command import begun, opensuction, wait_for
 from tests.console.served import free_port
@@ -36,8 +36,8 @@ def name() -> Iterator[str]:
     """A machine's name of its own; whatever runs under it is gone afterwards."""
     made = f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
     yield made
-    folder = room.make(made)
-    for lock in (room.SUPERVISES, room.CONSOLES, room.RECORDS, room.CONTROLS, PLAYS):
+    folder = paths.make(made)
+    for lock in (paths.SUPERVISES, paths.CONSOLES, paths.RECORDS, paths.CONTROLS, PLAYS):
         pid = holder(folder / lock)
         if pid is not None:
             os.kill(pid, signal.SIGKILL)
@@ -48,15 +48,15 @@ def name() -> Iterator[str]:
 
 def phase_of(name: str) -> Phase | None:
     try:
-        newest = RingReader(room.find(name) / room.RING).snapshot()
+        newest = RingReader(paths.find(name) / paths.RING).snapshot()
     except InputError:
         return None
     return None if newest is None else Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")]))
 
 
 def is_gone(name: str) -> bool:
-    locks = (room.SUPERVISES, room.CONSOLES, room.RECORDS, room.CONTROLS, PLAYS)
-    return not any(holder(room.find(name) / lock) for lock in locks)
+    locks = (paths.SUPERVISES, paths.CONSOLES, paths.RECORDS, paths.CONTROLS, PLAYS)
+    return not any(holder(paths.find(name) / lock) for lock in locks)
 
 
 def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
     data = json.loads(ran.stdout)
     assert "  Inserting\n" in ran.stderr
     assert is_gone(name)
-    assert not list(room.find(name).iterdir())
+    assert not list(paths.find(name).iterdir())
     cycle = data["cycles"][0]
     # On a machine that is busy with other things a cycle may be broken off, and then says so.
     assert (ran.returncode, data["reason"] is None) == (
@@ -108,12 +108,12 @@ def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
     finally:
         os.umask(before)
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
+    assert wait(lambda: holder(paths.find(name) / paths.RECORDS) is not None)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
     assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: list((tmp_path / "runs" / "kept").glob("*.mcap")) != [], 60.0)
-    assert wait((room.find(name) / console_process.LOG_FILE).exists, 60.0)
-    folder = room.find(name)
+    assert wait((paths.find(name) / console_process.LOG_FILE).exists, 60.0)
+    folder = paths.find(name)
     made = [folder.parent, folder, *folder.iterdir(), *tmp_path.rglob("*")]
     for one in made:
         wanted = 0o700 if one.is_dir() else 0o600
@@ -133,7 +133,7 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
         cwd=tmp_path,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
+    assert wait(lambda: holder(paths.find(name) / paths.RECORDS) is not None)
     second = opensuction(
         *("serve", *NEONATE, "--name", name, "--out", "other", "--port", port), cwd=tmp_path
     )
@@ -149,7 +149,7 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     assert told.stdout.startswith("abort: the button went down; the machine is ")
     assert wait(lambda: phase_of(name) == Phase.HALTED)
     url = f"http://127.0.0.1:{port}"
-    assert wait(lambda: holder(room.find(name) / room.CONSOLES) is not None)
+    assert wait(lambda: holder(paths.find(name) / paths.CONSOLES) is not None)
     assert wait(lambda: state_of(url).get("phase") == "halted", 60.0)
     machine = httpx.get(f"{url}/api/v1/machine").json()
     assert (machine["serial"], machine["patient"]["age"]) == (name, "neonate")
@@ -182,11 +182,11 @@ def test_a_machine_lost_with_the_tip_inside_is_told_and_the_next_one_waits_for_a
     options = ("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept")
     served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
+    assert wait(lambda: holder(paths.find(name) / paths.RECORDS) is not None)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
     assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: phase_of(name) == Phase.SUCTIONING, 60.0)
-    twin = holder(room.find(name) / PLAYS)
+    twin = holder(paths.find(name) / PLAYS)
     assert twin is not None
     os.kill(twin, signal.SIGKILL)
     served.send_signal(signal.SIGTERM)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from opensuction.evidence import crew
+from opensuction.evidence import worker_pool
 from tests.cli.command import opensuction
 from tests.evidence.safety_case.hazard_example import FAULT, ON_ONE, ROW
 
@@ -68,9 +68,9 @@ def test_processes_that_die_again_and_again_are_one_line_and_nothing_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def spread(*_: Any) -> None:
-        raise crew.WorkerLostError("3 processes died over the same task")
+        raise worker_pool.WorkerLostError("3 processes died over the same task")
 
-    monkeypatch.setattr(crew, "spread", spread)
+    monkeypatch.setattr(worker_pool, "spread", spread)
     (tmp_path / "mine.toml").write_text(ROW + FAULT + ON_ONE)
     (tmp_path / "s").mkdir()
     done = opensuction("safety-case", "--table", "mine.toml", "--json", "--out", "s", cwd=tmp_path)

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import pytest
 
 from opensuction.cli import interruption, output_folder
-from opensuction.evidence import crew
+from opensuction.evidence import worker_pool
 from opensuction.evidence.trial import draw, part, trial_log
 from opensuction.evidence.trial.part import Part, PlayedPart
 from opensuction.oracle.harm import Harm
@@ -62,7 +62,7 @@ def invent(monkeypatch: pytest.MonkeyPatch, *cases: Any) -> None:
             rest[1](number, PlayedPart(task.machine, chosen, ()))
 
     monkeypatch.setattr(part, "warm_up", lambda _: None)
-    monkeypatch.setattr(crew, "spread", spread)
+    monkeypatch.setattr(worker_pool, "spread", spread)
 
 
 def test_a_trial_gives_json_a_page_and_its_parts(tmp_path: Path) -> None:
@@ -243,10 +243,10 @@ def test_processes_that_die_again_and_again_leave_what_is_done(
 ) -> None:
     def spread(_: Any, tasks: list[Part], *rest: Any) -> None:
         rest[1](0, PlayedPart(tasks[0].machine, (case(1),), ()))
-        raise crew.WorkerLostError("3 processes died over the same task")
+        raise worker_pool.WorkerLostError("3 processes died over the same task")
 
     monkeypatch.setattr(part, "warm_up", lambda _: None)
-    monkeypatch.setattr(crew, "spread", spread)
+    monkeypatch.setattr(worker_pool, "spread", spread)
     done = opensuction(*FEW, "--json", "--out", "t", cwd=tmp_path)
     assert done.returncode == 1
     data = json.loads(done.stdout)
@@ -259,10 +259,10 @@ def test_processes_that_die_over_the_first_cycles_leave_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def spread(*_: Any) -> None:
-        raise crew.WorkerLostError("3 processes died over the same task")
+        raise worker_pool.WorkerLostError("3 processes died over the same task")
 
     monkeypatch.setattr(part, "warm_up", lambda _: None)
-    monkeypatch.setattr(crew, "spread", spread)
+    monkeypatch.setattr(worker_pool, "spread", spread)
     done = opensuction(*FEW, "--json", "--out", "t", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
     said = [line for line in done.stderr.splitlines() if line.startswith("opensuction: ")]

@@ -19,7 +19,7 @@ from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.live.hub import Hub
 from opensuction.console.site import Origin, Site, device_cookie, session_cookie
 from opensuction.records.records import Records
-from opensuction.runtime import about
+from opensuction.runtime import machine_identity
 from tests.accounts.example import CHEAP, PASSWORDS, ROLES, employ, enter
 from tests.console.written_machine import WrittenMachine
 
@@ -146,7 +146,7 @@ def make_site(folder: Path, records: Records, accounts: Accounts, port: int = PO
         accounts=accounts,
         hub=Hub(folder),
         recordings=recordings,
-        about=lambda: about.read(folder),
+        about=lambda: machine_identity.read(folder),
         origin=Origin(HOST, port),
     )
 

@@ -14,11 +14,11 @@ from websockets.sync.client import connect
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.sole import holder
+from opensuction.exchange.process_lock import holder
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.records.records import Records
-from opensuction.runtime import launch, ward
-from opensuction.runtime.room import CONSOLES, CONTROLS
+from opensuction.runtime import launch, supervised_process
+from opensuction.runtime.paths import CONSOLES, CONTROLS
 from opensuction.runtime.supervisor import Notice, Supervisor
 from opensuction.safety.condition import Condition
 from opensuction.session.running import console_settings
@@ -152,7 +152,7 @@ def test_one_that_dies_again_and_again_is_given_up_and_the_machine_goes_on(
     served: Served,
 ) -> None:
     control = holder(served.room.folder / CONTROLS)
-    for _ in range(ward.TRIES - 1):
+    for _ in range(supervised_process.TRIES - 1):
         os.kill(served.process(), signal.SIGKILL)
         served.wait("console-restarted")
     os.kill(served.process(), signal.SIGKILL)

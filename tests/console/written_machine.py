@@ -17,9 +17,9 @@ from opensuction.exchange.mailbox import Mailbox, answer
 from opensuction.exchange.ring import RingWriter
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.transition import STAY
-from opensuction.runtime import about, launch
+from opensuction.runtime import launch, machine_identity
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.room import ASK, EVENTS, EVENTS_BEFORE, RING, RING_BEFORE
+from opensuction.runtime.paths import ASK, EVENTS, EVENTS_BEFORE, RING, RING_BEFORE
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.session.running import basis
@@ -70,7 +70,7 @@ class WrittenMachine:
         if not (folder / RING).exists():
             launch.configure(folder, loop)
             basis.write(folder, at_the_bed("neonate", CompensationKind.EXACT_INVERSE))
-            about.write(folder, ABOUT._replace(database=database))
+            machine_identity.write(folder, ABOUT._replace(database=database))
         self._mailbox = Mailbox(folder / ASK)
         self._events = EventWriter(folder / EVENTS, folder / EVENTS_BEFORE)
         told = {**TOLD, "run": run, "began_utc_ns": str(time.time_ns() - time.monotonic_ns())}

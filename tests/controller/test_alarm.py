@@ -13,8 +13,8 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle import schedule
+from opensuction.procedure.cycle.interlocks import LIFE_S
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
-from opensuction.procedure.cycle.upkeep import LIFE_S
 from opensuction.safety import condition_mask
 from opensuction.safety.alarm.alarm_episode import Episode, list_episodes
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S

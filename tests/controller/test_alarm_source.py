@@ -11,7 +11,7 @@ from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import NO_MONITOR, Readings
-from opensuction.procedure.cycle import check, cycle, schedule, upkeep
+from opensuction.procedure.cycle import check, cycle, interlocks, schedule
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
@@ -162,7 +162,7 @@ def wrong(
 ) -> set[Condition]:
     """Conditions with intervals of which an hour has passed."""
     service = settings().service._replace(schedule=timed)
-    kept = upkeep.start(age_s)._replace(schedule=ScheduleState(3600.0, 3600.0))
+    kept = interlocks.start(age_s)._replace(schedule=ScheduleState(3600.0, 3600.0))
     return named(alarm_source.conditions(service, kept, int(phase), int(refused), 0, trips, host))
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
+from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns, by_name, phase_spans, power_up

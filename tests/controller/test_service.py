@@ -6,10 +6,10 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle import upkeep
+from opensuction.procedure.cycle import interlocks
+from opensuction.procedure.cycle.interlocks import LIFE_S
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import ScheduleMode
-from opensuction.procedure.cycle.upkeep import LIFE_S
 from tests.controller.drive import (
     CHANGED,
     NOT_NEEDED,
@@ -95,6 +95,6 @@ def test_a_prompt_waits_for_a_person() -> None:
     state, columns = simulate(EXACT, 2.0, {}, start=start, loop=loop)
     assert phases(columns) == [Phase.PARKED]
     service, kept = loop.controller.service, state.controller.core.upkeep
-    assert upkeep.is_prompting(service, kept, int(Phase.PARKED))
+    assert interlocks.is_prompting(service, kept, int(Phase.PARKED))
     state, _ = simulate(EXACT, 1.0, {0.5: NOT_NEEDED}, start=state, loop=loop)
-    assert not upkeep.is_prompting(service, state.controller.core.upkeep, int(Phase.PARKED))
+    assert not interlocks.is_prompting(service, state.controller.core.upkeep, int(Phase.PARKED))

@@ -1,14 +1,16 @@
 """A machine that has been in use for a while: its catheter's age, the time since its last cycle."""
 
 from opensuction.controller import controller, setup
-from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle import interlocks, schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
 from opensuction.simulation.closed_loop import Loop, LoopState
 
 
 def aged(state: LoopState, age_s: float) -> LoopState:
     """The same with a catheter that has been in use."""
-    return state._replace(controller=controller.with_upkeep(state.controller, upkeep.start(age_s)))
+    return state._replace(
+        controller=controller.with_upkeep(state.controller, interlocks.start(age_s))
+    )
 
 
 def clocked(

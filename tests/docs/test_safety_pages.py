@@ -26,7 +26,7 @@ NAMED = re.compile(r"`(tests/[\w/]+\.py)(?:::(\w+))?`")
 LEVEL = re.compile(rf": \**({'|'.join(one.value for one in Acceptability)})\b")
 NETWORK = {"asyncio", "ftplib", "http", "requests", "smtplib", "socket", "ssl", "urllib", "xmlrpc"}
 UNPICKLING = {
-    "evidence/crew.py",  # speaks to workers that it started itself
+    "evidence/worker_pool.py",  # speaks to workers that it started itself
     "evidence/worker.py",
     "kernel/compiler/store.py",  # the user's own folder of compiled code
 }

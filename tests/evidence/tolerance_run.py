@@ -15,7 +15,7 @@ from opensuction.evidence.trial import judged_cycle, sound_machine
 from opensuction.evidence.trial.draw import Trial
 from opensuction.kernel.errors import InputError
 from opensuction.safety.condition import Condition
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin import parameter
 from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -95,7 +95,7 @@ def changed(values: dict[str, float], lively: bool = False) -> Iterator[None]:
             table.update(before)
 
 
-def _play(number: int, room: Room) -> tuple[str, ...]:
+def _play(number: int, room: RowBuffer) -> tuple[str, ...]:
     """What stopped a cycle without a fault, or was said of it; nothing if all is well."""
     try:
         prepared, _ = sound_machine.find(TRIAL, number, lambda one: one)
@@ -111,7 +111,7 @@ def _play(number: int, room: Room) -> tuple[str, ...]:
     return said if said or case.completed else ("stopped without a trip",)
 
 
-def play(values: list[dict[str, float]], cycles: int, room: Room, lively: bool = False) -> Row:
+def play(values: list[dict[str, float]], cycles: int, room: RowBuffer, lively: bool = False) -> Row:
     """So many cycles, by turns of eight with each of the values; how many went wrong, and how."""
     found: Counter[str] = Counter()
     wrong = 0
@@ -129,7 +129,7 @@ def _settings(name: str, error: float) -> list[dict[str, float]]:
     return [{name: ideal + sign * error} for sign in signs]
 
 
-def measure(name: str, room: Room) -> Row:
+def measure(name: str, room: RowBuffer) -> Row:
     """One error at the largest value of a file, and by multiples of the worst machine's."""
     row = SENSORS[name]
     ends = (row.high, row.low) if is_two_sided(name) else (row.high,)
@@ -144,7 +144,7 @@ def measure(name: str, room: Room) -> Row:
     return {"error": name, "largest_value": row.high, "largest": largest, "rungs": rungs}
 
 
-def measure_together(room: Room) -> Row:
+def measure_together(room: RowBuffer) -> Row:
     """As sold; with patients who cough, breathe and move; with every error at once."""
     worst_drawn = [
         {name: _settings(name, worst(name))[way * is_two_sided(name)][name] for name in ERRORS}
@@ -162,7 +162,7 @@ def measure_together(room: Room) -> Row:
     }
 
 
-def measure_corners(room: Room) -> Row:
+def measure_corners(room: RowBuffer) -> Row:
     """Machines whose parts are all at the end of what is drawn that brings them near a trip."""
     found: Row = {}
     for name, ways in CORNERS.items():
@@ -179,6 +179,6 @@ def _rows() -> list[tuple[str, Parameter]]:
     return [(name, SENSORS[name]) for name in ERRORS]
 
 
-def make_room() -> Room:
+def make_room() -> RowBuffer:
     """Room for the cycles of a process."""
     return judged_cycle.make_room()

@@ -7,8 +7,8 @@ from opensuction.evidence import healthy_cycle
 from opensuction.evidence.healthy_cycle import AIRWAY
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, run_judgement
+from opensuction.simulation.injection.catheter_retention import GONE_S
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.left_inside import GONE_S
 from opensuction.twin.fault.fault import Fault
 from tests.oracle import drawn_machine
 

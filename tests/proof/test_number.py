@@ -15,10 +15,10 @@ from opensuction.control.exact_inverse import HeadState
 from opensuction.controller import controller
 from opensuction.controller.record import CoreState, Inputs
 from opensuction.kernel.requests import Requests
-from opensuction.procedure.cycle import button, upkeep
+from opensuction.procedure.cycle import button, interlocks
 from opensuction.procedure.cycle.demand import Demand
+from opensuction.procedure.cycle.interlocks import Counters, Interlocks
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.cycle.upkeep import Counters, Upkeep
 from opensuction.safety.governor import forced_withdrawal
 from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.watch import patient_watch
@@ -140,16 +140,16 @@ def _anything(doubles: Doubles, *kinds: Any) -> Callable[..., Any]:
 def _asked_for(doubles: Doubles) -> dict[Callable[..., Any], Callable[..., Any]]:
     """Procedure, control and upkeep: whatever they ask for."""
     given: dict[Callable[..., Any], tuple[Any, ...]] = {
-        controller._press: (Requests, Upkeep, bool),
+        controller._press: (Requests, Interlocks, bool),
         controller._decide: (ProcedureState, Demand, HeadState),
         controller._wrong: (int, int),
         compensation.after_retract: (HeadState,),
-        upkeep.is_asked: (bool,),
-        upkeep.refusal: (int,),
-        upkeep.step: (Upkeep,),
-        upkeep.watch_resets: (Upkeep,),
-        upkeep.is_prompting: (bool,),
-        upkeep.count: (Counters,),
+        interlocks.is_asked: (bool,),
+        interlocks.refusal: (int,),
+        interlocks.step: (Interlocks,),
+        interlocks.watch_resets: (Interlocks,),
+        interlocks.is_prompting: (bool,),
+        interlocks.count: (Counters,),
         button.hold: (int,),
         patient_watch.step: (PatientWatch,),
         forced_withdrawal.step: (ForcedWithdrawal,),

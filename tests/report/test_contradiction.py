@@ -7,8 +7,8 @@ import pytest
 from opensuction.oracle import harm as oracle_harm
 from opensuction.report import harm as report_harm
 from opensuction.report import narrative
+from opensuction.report.contradicting_alarms import WITNESSES
 from opensuction.report.notice import CONSEQUENCES, PATIENT_FIRST, WORDS_INSIDE
-from opensuction.report.witness import WITNESSES
 from opensuction.safety.condition import Condition
 from tests.report import example
 from tests.report.contradiction import DENIED_BY_HARM, contradictions
@@ -64,8 +64,8 @@ def test_a_cycle_that_went_well_contradicts_nothing_and_is_green() -> None:
 def test_a_report_that_denied_an_alarm_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     alarm = example.ALARM | _row(Condition.NEGATIVE_PRESSURE_TIME)
     data = _well(alarms=[alarm | {"condition": "negative-pressure-time"}])
-    monkeypatch.setattr("opensuction.report.witness.WITNESSES", {})
-    monkeypatch.setattr("opensuction.report.witness.speaking", lambda *_: [])
+    monkeypatch.setattr("opensuction.report.contradicting_alarms.WITNESSES", {})
+    monkeypatch.setattr("opensuction.report.contradicting_alarms.speaking", lambda *_: [])
     monkeypatch.setattr(
         narrative, "PARTS", (*narrative.PARTS, lambda _: "No limit and no alarm was raised.")
     )

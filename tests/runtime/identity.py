@@ -1,9 +1,9 @@
 """Identity of the machines of these tests."""
 
 from opensuction.records.entry import Catheter, Machine, SettingsFile
-from opensuction.runtime import about
+from opensuction.runtime import machine_identity
 
-ABOUT = about.About(
+ABOUT = machine_identity.About(
     machine=Machine("twin-1", "clinical", is_twin=True),
     catheter=Catheter("c-1", 6, 86_400),
     protocol=SettingsFile("neonate", "{}"),

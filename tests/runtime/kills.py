@@ -20,20 +20,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.devices.live_judge import LiveJudge
 from opensuction.devices.twin_process import SHOWN
-from opensuction.devices.witness import Witness
 from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.process_lock import holder
 from opensuction.exchange.ring import RingReader
-from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
 from opensuction.runtime import launch, replay
-from opensuction.runtime.room import CONTROLS, RECORDS, SUPERVISES
+from opensuction.runtime.paths import CONTROLS, RECORDS, SUPERVISES
+from opensuction.runtime.supervised_process import HUNG_S
 from opensuction.runtime.supervisor import CONTROL_HUNG_S
-from opensuction.runtime.ward import HUNG_S
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
@@ -98,7 +98,7 @@ class Ward(Room):
     def __init__(self, folder: Path, out: Path) -> None:
         super().__init__(folder)
         self.out, self.truths = out, RingReader(folder / SHOWN)
-        self.witness = Witness(folder, self.cap_mm)
+        self.witness = LiveJudge(folder, self.cap_mm)
         self.supervisor: subprocess.Popen[bytes] | None = None
         self.seen: list[np.ndarray] = []
         self.database = str(folder / "records.db")

@@ -14,7 +14,7 @@ import numpy as np
 from opensuction.devices.ports import Facts
 from opensuction.devices.twin_machine import READINGS
 from opensuction.devices.twin_process import TwinPlayer, most_obeyed, playing
-from opensuction.exchange.pace import Pace
+from opensuction.exchange.deadline_scheduler import DeadlineScheduler
 from opensuction.kernel.record import Array
 from opensuction.runtime import control_process
 from opensuction.simulation.closed_loop import DT_S
@@ -49,7 +49,7 @@ class LockstepTwin:
         """See `ports.Port.close`."""
 
 
-class LenientPace(Pace):
+class LenientPace(DeadlineScheduler):
     """Ticks `RATE` times as often as they should be, later on a busy computer: none is missed."""
 
     def __init__(self, period_ns: int) -> None:
@@ -58,7 +58,7 @@ class LenientPace(Pace):
         super().__init__(period_ns // RATE)
 
     def wait(self) -> int:
-        """See `Pace.wait`."""
+        """See `DeadlineScheduler.wait`."""
         super().wait()
         return 0
 

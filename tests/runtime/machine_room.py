@@ -16,13 +16,13 @@ import pytest
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.mailbox import Sender
+from opensuction.exchange.process_lock import holder
 from opensuction.exchange.ring import RingReader
-from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.runtime import about, launch
+from opensuction.runtime import launch, machine_identity
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.room import ASK, CONTROLS, RECORDS, RING
+from opensuction.runtime.paths import ASK, CONTROLS, RECORDS, RING
 from opensuction.safety.condition import Condition
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from opensuction.twin.plant import PlantState
@@ -71,7 +71,9 @@ class Room:
 
     def mend(self) -> None:
         """Undo what a test has done: a controller runs, and no recorder does."""
-        about.write(self.folder, ABOUT._replace(database=str(self.folder / "records.db")))
+        machine_identity.write(
+            self.folder, ABOUT._replace(database=str(self.folder / "records.db"))
+        )
         if self.recorder is not None:
             self.recorder.kill()
             self.recorder.communicate()

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from opensuction.exchange import heartbeat
+from opensuction.exchange.deadline_scheduler import NS_PER_S
 from opensuction.exchange.heartbeat import Heartbeat, Process, Signs
-from opensuction.exchange.pace import NS_PER_S
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
 from opensuction.runtime.absence import LOST_S, MISSED_S, STARTS_S, is_lost
 from opensuction.runtime.loop import LOOK_S, ROW_COLUMNS
-from opensuction.runtime.room import SLOTS_S
+from opensuction.runtime.paths import SLOTS_S
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import UNANSWERED_S
 from tests.controller.bedside import at_bed

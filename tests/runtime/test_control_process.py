@@ -12,7 +12,7 @@ import pytest
 from opensuction.exchange.event_ring import EventReader
 from opensuction.kernel.phase import Phase
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.room import EVENTS
+from opensuction.runtime.paths import EVENTS
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 
 pytestmark = pytest.mark.real_time

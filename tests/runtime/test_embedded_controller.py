@@ -295,7 +295,7 @@ BAD: dict[str, tuple[Any, dict[str, Any]]] = {
     "settings is dict: should be a Configuration": ({"settings": {}}, {}),
     "catheter_age_s is 'new': should be a number": ({}, {"catheter_age_s": "new"}),
     "off_s goes with kept": ({}, {"off_s": 1.0}),
-    "kept is int: should be Upkeep": ({}, {"kept": 3}),
+    "kept is int: should be Interlocks": ({}, {"kept": 3}),
 }
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.devices import twin_faults
-from opensuction.devices.witness import Witness
+from opensuction.devices.live_judge import LiveJudge
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
@@ -28,7 +28,7 @@ def room(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Room]:
 
 
 def test_cycles_with_faults_replay_and_the_oracle_finds_no_harm(room: Room, tmp_path: Path) -> None:
-    witness = Witness(room.folder, room.cap_mm)
+    witness = LiveJudge(room.folder, room.cap_mm)
     for fault in FAULTS:
         twin_faults.heal(room.folder)
         assert wait(lambda: witness.look() > 0 and room.phase() in RESTING, 60.0)

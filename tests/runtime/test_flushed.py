@@ -13,8 +13,8 @@ from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import BoundFile
 from opensuction.records.records import Records
 from opensuction.records.trail.check import AuditReport
-from opensuction.runtime import flushed, room
-from opensuction.runtime.clerk import Clerk
+from opensuction.runtime import flushed, paths
+from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.flushed import Flushed, Note
 from opensuction.runtime.recorder import Recorder
 from tests.controller.bedside import hurried
@@ -63,7 +63,7 @@ class Kept:
 
     def bind(self) -> Flushed:
         """As a recorder does that begins anew: what the one before has left goes on record."""
-        notes, clerk = Flushed(self.notes), Clerk(self.database)
+        notes, clerk = Flushed(self.notes), DatabaseWriter(self.database)
         clerk.bind(notes.left(), notes, ABOUT.machine)
         assert clerk.close(20.0), clerk.lost
         assert notes.left() == {}, "and is noted no longer"
@@ -177,7 +177,7 @@ def test_notes_outlive_the_machine_until_they_are_on_record(rows: Array, kept: K
     kept.record_and_die(rows[:DIES_AT])
     (kept.notes.parent / "control.ring").touch()
     kept.out.rename(kept.out.parent.parent / f"{kept.out.parent.name}-out")
-    room.clear(kept.notes.parent)
+    paths.clear(kept.notes.parent)
     assert [path.name for path in kept.notes.parent.iterdir()] == [kept.notes.name]
     kept.bind()
     assert not kept.notes.exists(), "then nothing of them is left"

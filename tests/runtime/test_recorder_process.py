@@ -8,15 +8,15 @@ import pytest
 
 from opensuction.controller import configuration
 from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.mark import Mark
+from opensuction.exchange.read_checkpoint import ReadCheckpoint
 from opensuction.exchange.ring import RingReader
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
-from opensuction.runtime import about
+from opensuction.runtime import machine_identity
 from opensuction.runtime.control_process import settings_file
-from opensuction.runtime.room import CONFIGURATION, EVENTS, MARK, RING
+from opensuction.runtime.paths import CONFIGURATION, EVENTS, MARK, RING
 from tests.runtime.identity import ABOUT
 from tests.runtime.kept import replayed, ticks_of, told_of
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
@@ -40,7 +40,7 @@ def apart() -> Iterator[Room]:
 def is_followed(room: Room) -> bool:
     """Whether a recorder has read rows of the controller that lives."""
     run = RingReader(room.folder / RING).facts.told["run"]
-    return Mark(room.folder / MARK).find(run) is not None
+    return ReadCheckpoint(room.folder / MARK).find(run) is not None
 
 
 def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path: Path) -> None:
@@ -175,7 +175,7 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     room.stop()
     room.begin()
     database = tmp_path / "away" / "records.db"
-    about.write(room.folder, ABOUT._replace(database=str(database)))
+    machine_identity.write(room.folder, ABOUT._replace(database=str(database)))
     (tmp_path / "away").write_text("no folder")
     room.record(tmp_path)
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
@@ -196,9 +196,9 @@ def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
 ) -> None:
     database = str(tmp_path / "records.db")
     told = ABOUT._replace(database=database)
-    about.write(room.folder, told)
+    machine_identity.write(room.folder, told)
     room.record(tmp_path)
-    about.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
+    machine_identity.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder()

@@ -13,14 +13,14 @@ import pytest
 
 from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.process_lock import holder
 from opensuction.exchange.ring import RingReader
-from opensuction.exchange.sole import holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING
 from opensuction.runtime import launch
-from opensuction.runtime.room import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
+from opensuction.runtime.paths import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
+from opensuction.runtime.supervised_process import HUNG_S
 from opensuction.runtime.supervisor import Notice, Supervisor
-from opensuction.runtime.ward import HUNG_S
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.runtime.test_disk import LARGEST_BYTES
 

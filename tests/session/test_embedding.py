@@ -12,7 +12,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
-from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
+from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.settings import identification_file
 from opensuction.simulation import rig as rigs

@@ -11,7 +11,7 @@ from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.safety.condition import Condition
 from opensuction.simulation import annunciation
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin.fault.fault import Fault
 
 MOST_N = 0.2
@@ -26,7 +26,7 @@ FAULTS = {
 
 
 @cache
-def room() -> Room:
+def room() -> RowBuffer:
     return judged_cycle.make_room()
 
 

@@ -22,7 +22,7 @@ from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin.fault.fault import Fault
 
 WAY_MM = 0.5
@@ -62,7 +62,7 @@ def _cases(all_of_them: Iterable[tuple[str, ...]], swept: Container[tuple[str, .
 
 
 @cache
-def room() -> Room:
+def room() -> RowBuffer:
     return judged_cycle.make_room()
 
 

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Self
 
-from opensuction.exchange.pace import PRIORITY, Pace, harden
+from opensuction.exchange.deadline_scheduler import PRIORITY, DeadlineScheduler, harden
 from tests.stage.judge import Standstill
 
 REAL_TIME, ORDINARY = "real-time", "ordinary"
@@ -78,7 +78,7 @@ def keep_deadlines(core: int, kind: str, file: Path) -> None:
     if kind == REAL_TIME and harden().scheduler == "fifo":
         # Above the machine's processes: that they take the core from each other is their own doing.
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY + 1))
-    pace, parent = Pace(PERIOD_NS[kind]), os.getppid()
+    pace, parent = DeadlineScheduler(PERIOD_NS[kind]), os.getppid()
     with file.open("a", encoding="utf-8", buffering=1) as log:
         while os.getppid() == parent:
             due_ns = pace.deadline_ns + pace.period_ns

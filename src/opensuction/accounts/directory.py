@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import NamedTuple
 
-from opensuction.accounts import lane, secret
+from opensuction.accounts import rate_limit_key, secret
 from opensuction.accounts.refusal import NotAllowedError
 from opensuction.accounts.rule import lifetime, right
 from opensuction.accounts.rule import name as name_rule
@@ -168,7 +168,7 @@ def _give_password(change: Change, name: str, made: str, password_hash: str) -> 
     expires_at = change.now + lifetime.ONE_TIME
     change.rows.put_credential(Credential(name, password_hash, True, change.now, expires_at))
     change.rows.drop_bearers(name)
-    change.rows.put_attempt(lane.of_account(name).key, None)
+    change.rows.put_attempt(rate_limit_key.of_account(name).key, None)
     return NewPassword(name, made, expires_at)
 
 

@@ -8,8 +8,8 @@ name that nobody has goes the same way through both.
 from datetime import datetime
 from typing import NamedTuple
 
-from opensuction.accounts import lane, secret, session
-from opensuction.accounts.lane import Lane
+from opensuction.accounts import rate_limit_key, secret, session
+from opensuction.accounts.rate_limit_key import RateLimitKey
 from opensuction.accounts.refusal import (
     BusyError,
     PasswordOverError,
@@ -51,7 +51,7 @@ class _Tried(NamedTuple):
     name: str
     origin: str
     device: str | None
-    lanes: tuple[Lane, ...]
+    lanes: tuple[RateLimitKey, ...]
     credential: Credential | None
 
 
@@ -78,7 +78,7 @@ def sign_in(
             anew = site.hasher.make(password)
     except BusyError:
         with site.changing() as change:
-            lane.refund(change, tried.lanes)
+            rate_limit_key.refund(change, tried.lanes)
         raise
     with site.changing() as change:
         known = _find_holder(change, tried) if is_right else None
@@ -101,10 +101,13 @@ def _count(site: Site, name: str, origin: str, device: str | None) -> tuple[_Tri
         digest = secret.digest(device or "", name)
         known = change.rows.find_bearer(digest, "device")
         own = name if name_rule.can_be(name) else NOT_A_NAME
-        lanes: tuple[Lane, ...] = (lane.of_account(name), lane.of_origin(origin))
+        lanes: tuple[RateLimitKey, ...] = (
+            rate_limit_key.of_account(name),
+            rate_limit_key.of_origin(origin),
+        )
         if known is not None and known.account == name:
-            lanes = (lane.of_device(digest),)
-        wait_s = lane.charge(change, lanes)
+            lanes = (rate_limit_key.of_device(digest),)
+        wait_s = rate_limit_key.charge(change, lanes)
         return _Tried(own, origin, device, lanes, change.rows.find_credential(own)), wait_s
 
 
@@ -123,7 +126,7 @@ def _let_in(
     change: Change, tried: _Tried, state: AccountState, credential: Credential, anew: str | None
 ) -> SignedIn:
     rows, now = change.rows, change.now
-    lane.forgive(change, tried.lanes)
+    rate_limit_key.forgive(change, tried.lanes)
     kept = credential if anew is None else credential._replace(password_hash=anew)
     if kept.is_one_time:
         kept = kept._replace(expires_at=None)  # used: see `_is_over`
@@ -180,9 +183,9 @@ def change_password(site: Site, token: str, present: str, wanted: str) -> Sessio
     password_rule.check(wanted, name)
     if password_rule.normalise(present) == password_rule.normalise(wanted):
         raise InputError("the new password is the present one")
-    lanes = (lane.of_device(holder.digest),)
+    lanes = (rate_limit_key.of_device(holder.digest),)
     with site.changing() as change:
-        wait_s = lane.charge(change, lanes)
+        wait_s = rate_limit_key.charge(change, lanes)
         credential = change.rows.find_credential(name)
     if wait_s > 0.0:
         raise WaitError(wait_s)
@@ -191,7 +194,7 @@ def change_password(site: Site, token: str, present: str, wanted: str) -> Sessio
         password_hash = site.hasher.make(wanted) if is_right else ""
     except BusyError:
         with site.changing() as change:
-            lane.refund(change, lanes)
+            rate_limit_key.refund(change, lanes)
         raise
     if not is_right:
         with site.changing() as change:
@@ -200,7 +203,7 @@ def change_password(site: Site, token: str, present: str, wanted: str) -> Sessio
     with site.changing() as change:
         if credential is None or change.rows.find_credential(name) != credential:
             raise WrongPasswordError  # an administrator was faster
-        lane.forgive(change, lanes)
+        rate_limit_key.forgive(change, lanes)
         change.rows.put_credential(Credential(name, password_hash, False, change.now, None))
         change.rows.drop_bearers(name, "session", but=holder.digest)
         change.note(name, "change-password")

@@ -25,7 +25,7 @@ from opensuction.cli.command import (
     trial,
     users,
 )
-from opensuction.evidence.crew import WorkerLostError
+from opensuction.evidence.worker_pool import WorkerLostError
 from opensuction.kernel.errors import InputError
 from opensuction.settings import wording
 

@@ -13,6 +13,7 @@ from fastapi.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
 from opensuction.console.access import Names
+from opensuction.console.denied_access_log import DeniedAccessLog
 from opensuction.console.guard import handler, origin
 from opensuction.console.guard.byte_range import Ranges
 from opensuction.console.guard.guard import Guard
@@ -22,7 +23,6 @@ from opensuction.console.guard.rates import Rates
 from opensuction.console.live.asking import Asking
 from opensuction.console.live.broadcast import Broadcast
 from opensuction.console.live.last_cycle import LastCycle
-from opensuction.console.refused import RefusedOnRecord
 from opensuction.console.route import (
     account,
     alarm_signal,
@@ -77,7 +77,7 @@ def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
     )
     app.state.site = site
     app.state.names, app.state.rates = Names(), rates
-    app.state.refused = RefusedOnRecord(site.records)
+    app.state.refused = DeniedAccessLog(site.records)
     _begin(app)
     handler.add(app)
     for module in ROUTES:

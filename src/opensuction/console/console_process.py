@@ -23,13 +23,13 @@ from opensuction.console.live.hub import Hub
 from opensuction.console.server import Server, make_server
 from opensuction.console.site import Origin, Site
 from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.sole import Sole
+from opensuction.exchange.process_lock import ProcessLock
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
-from opensuction.runtime import about
-from opensuction.runtime.room import CONSOLES
+from opensuction.runtime import machine_identity
+from opensuction.runtime.paths import CONSOLES
 from opensuction.session.running import console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
 
@@ -116,7 +116,7 @@ def _site(folder: Path, settings: ConsoleSettings, records: Records) -> Site:
         accounts=Accounts(records.database),
         hub=Hub(folder),
         recordings=Path(settings.recordings),
-        about=lambda: about.read(folder),
+        about=lambda: machine_identity.read(folder),
         origin=Origin(settings.host, settings.port, settings.has_tls),
     )
 
@@ -125,7 +125,7 @@ def serve(folder: Path) -> None:
     """Serve until the process is told to end. Raises InputError where it cannot begin."""
     ending: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
-    with Sole(folder / CONSOLES, "a console runs"):
+    with ProcessLock(folder / CONSOLES, "a console runs"):
         settings = console_settings.read(folder)
         _log_to(folder)
         sys.setswitchinterval(SWITCHES_S)

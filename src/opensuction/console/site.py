@@ -9,7 +9,7 @@ from typing import NamedTuple
 from opensuction.accounts.accounts import Accounts
 from opensuction.console.live.hub import Hub
 from opensuction.records.records import Records
-from opensuction.runtime.about import About
+from opensuction.runtime.machine_identity import About
 
 PORT = re.compile(r":(\d{1,5})$", re.ASCII)
 """At the end of a Host header; none where it is the usual one."""
@@ -27,7 +27,7 @@ class Site(NamedTuple):
     """All that the routes go by."""
 
     folder: Path
-    """The machine's (`runtime.room`)."""
+    """The machine's (`runtime.paths`)."""
     records: Records
     accounts: Accounts
     hub: Hub

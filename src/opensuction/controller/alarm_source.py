@@ -17,11 +17,11 @@ from opensuction.kernel.readings import Readings
 from opensuction.procedure.cycle import progress, schedule
 from opensuction.procedure.cycle.check import VENTED_MMHG
 from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.interlocks import Interlocks, Service
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.cycle.upkeep import Service, Upkeep
 from opensuction.safety.condition import Condition
 
 NONE = 0
@@ -129,7 +129,7 @@ def reasons(
 
 
 @compiled
-def _is_missed(service: Service, upkeep: Upkeep, phase: int, refused: int) -> bool:
+def _is_missed(service: Service, upkeep: Interlocks, phase: int, refused: int) -> bool:
     """Whether a cycle, or a look at the patient, is due and the machine cannot serve it."""
     waiting = phase in (Phase.PARKED, Phase.HALTED)
     chosen, since = service.schedule, upkeep.schedule
@@ -143,7 +143,7 @@ def _is_missed(service: Service, upkeep: Upkeep, phase: int, refused: int) -> bo
 
 @compiled
 def conditions(
-    service: Service, upkeep: Upkeep, phase: int, refused: int, held: int, trips: int, host: int
+    service: Service, upkeep: Interlocks, phase: int, refused: int, held: int, trips: int, host: int
 ) -> int:
     """All conditions of a tick.
 

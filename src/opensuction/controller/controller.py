@@ -16,12 +16,12 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
-from opensuction.procedure.cycle import button, cycle, lock_out, progress, upkeep
+from opensuction.procedure.cycle import button, cycle, interlocks, lock_out, progress
 from opensuction.procedure.cycle.demand import Demand
+from opensuction.procedure.cycle.interlocks import Interlocks, Service
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.cycle.upkeep import Service, Upkeep
 from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.condition import Condition
@@ -49,10 +49,10 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     procedure = cycle.begin(settings.plan, Phase.PARKED if parked else away)
     head = compensation.park(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
-    kept = upkeep.start(catheter_age_s)
+    kept = interlocks.start(catheter_age_s)
     if not parked:
         head = head._replace(head_mm=watch.last.head_mm)
-        kept = upkeep.rest_first(kept, settings.service.passes)
+        kept = interlocks.rest_first(kept, settings.service.passes)
     core = make_zero(
         CoreState,
         procedure=procedure,
@@ -64,7 +64,7 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
 
 
 def restart(
-    settings: Settings, head_mm: float, kept: Upkeep, off_s: float, phase: int = Phase.PARKED
+    settings: Settings, head_mm: float, kept: Interlocks, off_s: float, phase: int = Phase.PARKED
 ) -> State:
     """As `start`, with what the controller before had to remember: the plug undoes no limit.
 
@@ -78,10 +78,10 @@ def restart(
         halted = cycle.begin(settings.plan, Phase.HALTED)
         core = core._replace(procedure=halted, reasons=alarm_source.STOPPED)
         state = state._replace(core=core)
-    return with_upkeep(state, upkeep.carry_over(state.core.upkeep, kept, off_s))
+    return with_upkeep(state, interlocks.carry_over(state.core.upkeep, kept, off_s))
 
 
-def with_upkeep(state: State, kept: Upkeep) -> State:
+def with_upkeep(state: State, kept: Interlocks) -> State:
     """The same controller with another upkeep: an older catheter, clocks that went on."""
     return state._replace(core=state.core._replace(upkeep=kept))
 
@@ -175,7 +175,7 @@ def _proposal(head: HeadState, demand: Demand) -> Setpoints:
 def _outputs(
     service: Service,
     procedure: ProcedureState,
-    kept: Upkeep,
+    kept: Interlocks,
     commands: Commands,
     demand: Demand,
     verdict: Verdict,
@@ -194,8 +194,8 @@ def _outputs(
         cause=procedure.cause,
         check_item=procedure.check.item,
         check_failed=procedure.check.failed,
-        assessment_due=upkeep.is_prompting(service, kept, procedure.phase),
-        counters=upkeep.count(kept, late_share),
+        assessment_due=interlocks.is_prompting(service, kept, procedure.phase),
+        counters=interlocks.count(kept, late_share),
     )
 
 
@@ -205,7 +205,7 @@ def _wrong(
     service: Service,
     state: CoreState,
     procedure: ProcedureState,
-    kept: Upkeep,
+    kept: Interlocks,
     inputs: Inputs,
     trips: int,
 ) -> tuple[int, int]:
@@ -216,7 +216,7 @@ def _wrong(
     held = alarm_source.reasons(
         plan, state.procedure.phase, procedure, state.reasons, inputs.readings
     )
-    refused = upkeep.refusal(
+    refused = interlocks.refusal(
         service, kept, procedure.phase, plan.travel_known, state.governor.patient.conditions
     )
     return held, alarm_source.conditions(
@@ -255,14 +255,16 @@ def _decide(
 
 
 @compiled
-def _press(settings: Settings, state: CoreState, inputs: Inputs) -> tuple[Requests, Upkeep, bool]:
+def _press(
+    settings: Settings, state: CoreState, inputs: Inputs
+) -> tuple[Requests, Interlocks, bool]:
     """What the buttons ask for, what they answer, and whether they ask for a reset of a halt.
 
     A button acts once. A reset that the lock-out refuses is taken out.
     """
     requests = button.press_once(inputs.requests, state.held)
     phase = state.procedure.phase
-    kept = upkeep.hear(settings.service, state.upkeep, phase, requests)
+    kept = interlocks.hear(settings.service, state.upkeep, phase, requests)
     asked = phase == Phase.HALTED and requests.reset and not requests.abort
     home = progress.is_home(settings.plan.motion, inputs.readings)
     if not lock_out.lets_reset(kept.lock, home):
@@ -308,8 +310,8 @@ def control_step(
     if _is_attended(before, requests):
         state, head = _begin_again(settings, state)
     patient = state.governor.patient.conditions
-    asked = upkeep.is_asked(service, heard, before, requests)
-    refused = upkeep.refusal(service, heard, before, plan.travel_known, patient)
+    asked = interlocks.is_asked(service, heard, before, requests)
+    refused = interlocks.refusal(service, heard, before, plan.travel_known, patient)
     start = asked and refused == Refusal.NONE
     vote = governor.locate(settings.limits, state.governor, readings, state.driven_v, dt_s)
     located = readings._replace(
@@ -337,10 +339,10 @@ def control_step(
     insertion, valve_state, commands = _actuate(
         settings, state, allowed, driving, watch.watch, dt_s
     )
-    kept = upkeep.step(service, heard, before, procedure.phase, asked, refused, requests, dt_s)
+    kept = interlocks.step(service, heard, before, procedure.phase, asked, refused, requests, dt_s)
     granted = resets and requests.reset
     said = verdict.trips if granted else verdict.trips | state.reasons
-    kept = upkeep.watch_resets(kept, before, procedure.phase, resets, granted, said)
+    kept = interlocks.watch_resets(kept, before, procedure.phase, resets, granted, said)
     inputs, trips = inputs._replace(readings=located), verdict.trips | verdict.patient
     reasons, wrong = _wrong(plan, service, state, procedure, kept, inputs, trips)
     following = CoreState(

@@ -10,9 +10,9 @@ from opensuction.kernel.commands import Commands
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
 from opensuction.procedure.cycle.demand import Demand
+from opensuction.procedure.cycle.interlocks import Counters, Interlocks, Service
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.cycle.upkeep import Counters, Service, Upkeep
 from opensuction.safety.alarm import alarm_state
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import GovernorState, Verdict
@@ -38,7 +38,7 @@ class CoreState(NamedTuple):
     """What everything but compensation and alarms remembers."""
 
     procedure: ProcedureState
-    upkeep: Upkeep
+    upkeep: Interlocks
     insertion_servo: ServoState
     valve_servo: ServoState
     cam_rad: float

@@ -29,9 +29,9 @@ from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.constant import ATMOSPHERE_MMHG, ML_PER_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
+from opensuction.procedure.cycle.interlocks import LIFE_S, Service
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.cycle.schedule import ON_REQUEST_ONLY, Schedule
-from opensuction.procedure.cycle.upkeep import LIFE_S, Service
 from opensuction.procedure.planning import pass_rule, planner
 from opensuction.procedure.planning.planner import Abilities
 from opensuction.procedure.planning.protocol import Protocol

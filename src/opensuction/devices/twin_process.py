@@ -20,10 +20,10 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.devices.faulty_twin import FaultyTwin
+from opensuction.exchange.deadline_scheduler import NS_PER_S, DeadlineScheduler, harden
 from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.pace import NS_PER_S, Pace, harden
+from opensuction.exchange.process_lock import ProcessLock
 from opensuction.exchange.ring import RingWriter
-from opensuction.exchange.sole import Sole
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row
 from opensuction.kernel.record import Array
@@ -111,7 +111,7 @@ def playing(folder: Path) -> Iterator[TwinPlayer]:
         raise InputError(f"no machine to play in {folder / BEGUN}: {error}") from None
     told = {"version": __version__, "most": json.dumps(most_obeyed(call))}
     with (
-        Sole(folder / PLAYS, "a twin plays"),
+        ProcessLock(folder / PLAYS, "a twin plays"),
         RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told) as ring,
         FaultyTwin(folder, call) as faults,
     ):
@@ -124,7 +124,7 @@ def serve(folder: Path) -> None:
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
     with playing(folder) as twin:
         harden()
-        listener, pace = Listener(folder / COMMANDS), Pace(PERIOD_NS)
+        listener, pace = Listener(folder / COMMANDS), DeadlineScheduler(PERIOD_NS)
         while not ending:
             for _ in range(min(pace.wait(), CAUGHT_UP)):
                 twin.step(listener.row, new=False)

@@ -1,6 +1,6 @@
 """Key figures of a cycle, each beside its limit and with a verdict in words."""
 
-from opensuction.report import patient_figure, witness
+from opensuction.report import contradicting_alarms, patient_figure
 from opensuction.report.figure import (
     Figure,
     FigureVerdict,
@@ -31,13 +31,17 @@ def at_end(summary: Summary) -> Figure:
     """Where the tip is when the record ends."""
     end_mm = number(summary, "tip", "end_mm")
     if end_mm is None:
-        return Figure(witness.AT_END, quantity(None, "mm"), "", FigureVerdict.ABSENT, "")
+        return Figure(
+            contradicting_alarms.AT_END, quantity(None, "mm"), "", FigureVerdict.ABSENT, ""
+        )
     tip = f"tip {depth_words(end_mm)}"
     if is_recorded(summary):
         tip = add(tip, ESTIMATED)
     if is_inside(summary):
-        return Figure(witness.AT_END, "inside", tip, FigureVerdict.BAD, "still in the airway")
-    return Figure(witness.AT_END, "out", tip, FigureVerdict.GOOD, "out of the airway")
+        return Figure(
+            contradicting_alarms.AT_END, "inside", tip, FigureVerdict.BAD, "still in the airway"
+        )
+    return Figure(contradicting_alarms.AT_END, "out", tip, FigureVerdict.GOOD, "out of the airway")
 
 
 def is_search_cap(summary: Summary) -> bool:
@@ -83,7 +87,7 @@ def deepest_tip(summary: Summary) -> Figure:
     if is_recorded(summary):
         possible = known("at most", number(summary, "tip", "deepest_possible_mm"), "mm")
         limit = add(limit, ", ".join([ESTIMATED, *possible]))
-    return Figure(witness.DEEPEST, quantity(deepest, "mm"), limit, verdict, remark)
+    return Figure(contradicting_alarms.DEEPEST, quantity(deepest, "mm"), limit, verdict, remark)
 
 
 def stop_error(summary: Summary) -> Figure:
@@ -98,7 +102,7 @@ def stop_error(summary: Summary) -> Figure:
     if is_recorded(summary):
         limit = add(limit, ESTIMATED)
     if error is None or target is None or cap is None:
-        return without_limit(witness.STOP, error, "mm", beside=limit, signed=True)
+        return without_limit(contradicting_alarms.STOP, error, "mm", beside=limit, signed=True)
     tolerance, whose = cap - target, "cap"
     carina = number(summary, "anatomy", "carina_mm")
     if text(summary, "approach") == "contact" and carina is not None and carina > target:
@@ -111,7 +115,9 @@ def stop_error(summary: Summary) -> Figure:
         verdict, remark = FigureVerdict.NOTICE, "short of the target"
     elif error > tolerance:
         verdict, remark = FigureVerdict.BAD, "beyond the target"
-    return Figure(witness.STOP, quantity(error, "mm", signed=True), limit, verdict, remark)
+    return Figure(
+        contradicting_alarms.STOP, quantity(error, "mm", signed=True), limit, verdict, remark
+    )
 
 
 def negative_pressure(summary: Summary) -> Figure:
@@ -128,7 +134,9 @@ def negative_pressure(summary: Summary) -> Figure:
         verdict = FigureVerdict.NOTICE if done else FigureVerdict.NEUTRAL
         remark = "there was no suction"
     limits = [*known("limit", budget, "s"), *known("guideline", guideline, "s")]
-    return Figure(witness.SUCTION, quantity(lasted, "s"), ", ".join(limits), verdict, remark)
+    return Figure(
+        contradicting_alarms.SUCTION, quantity(lasted, "s"), ", ".join(limits), verdict, remark
+    )
 
 
 def in_airway(summary: Summary) -> Figure:
@@ -146,7 +154,9 @@ def in_airway(summary: Summary) -> Figure:
         if planned:
             verdict, remark = FigureVerdict.NOTICE, "over ACI-2014 by design, within the limit"
     value = quantity(lasted, "s")
-    return Figure(witness.IN_AIRWAY, value, ", ".join(limits), verdict, remark, planned)
+    return Figure(
+        contradicting_alarms.IN_AIRWAY, value, ", ".join(limits), verdict, remark, planned
+    )
 
 
 def vacuum(summary: Summary) -> Figure:
@@ -158,9 +168,15 @@ def vacuum(summary: Summary) -> Figure:
     if is_recorded(summary) and limit is not None:
         words = ["in the line", *known("limit", limit, "mmHg", 0), *setpoint]
         verdict, remark = against(line, limit, "limit")
-        return Figure(witness.VACUUM, quantity(line, "mmHg", 0), ", ".join(words), verdict, remark)
+        return Figure(
+            contradicting_alarms.VACUUM,
+            quantity(line, "mmHg", 0),
+            ", ".join(words),
+            verdict,
+            remark,
+        )
     if tip is None or guideline is None:
-        return without_limit(witness.VACUUM, line, "mmHg", 0, "".join(setpoint))
+        return without_limit(contradicting_alarms.VACUUM, line, "mmHg", 0, "".join(setpoint))
     beside = ["at the tip", *known("guideline", guideline, "mmHg", 0)]
     beside += [*known("in the line", line, "mmHg", 0), *setpoint]
     verdict, remark = FigureVerdict.GOOD, "within the guideline"
@@ -171,7 +187,7 @@ def vacuum(summary: Summary) -> Figure:
     elif tip == 0.0:
         verdict, remark = FigureVerdict.NEUTRAL, "none in the airway"
     value = quantity(tip, "mmHg", 0)
-    return Figure(witness.VACUUM, value, ", ".join(beside), verdict, remark)
+    return Figure(contradicting_alarms.VACUUM, value, ", ".join(beside), verdict, remark)
 
 
 def removed(summary: Summary) -> Figure:
@@ -179,14 +195,14 @@ def removed(summary: Summary) -> Figure:
     found = number(summary, "secretion", "removed_ml")
     percent = number(summary, "secretion", "removed_percent")
     if found is None or percent is None:
-        return without_limit(witness.REMOVED, found, "mL")
+        return without_limit(contradicting_alarms.REMOVED, found, "mL")
     share = f"{quantity(percent, '%', 0)} of what was there"
     verdict, remark = FigureVerdict.GOOD, "at least half"
     if is_cut_short(summary) and percent < CLEARANCE_PERCENT:
         verdict, remark = FigureVerdict.NEUTRAL, "broken off before suction"
     elif percent < CLEARANCE_PERCENT:
         verdict, remark = FigureVerdict.NOTICE, "less than half"
-    return Figure(witness.REMOVED, quantity(found, "mL"), share, verdict, remark)
+    return Figure(contradicting_alarms.REMOVED, quantity(found, "mL"), share, verdict, remark)
 
 
 def carina_force(summary: Summary) -> Figure:
@@ -199,7 +215,7 @@ def carina_force(summary: Summary) -> Figure:
         verdict, remark = FigureVerdict.GOOD, "no contact"
     elif text(summary, "approach") == "travel":
         verdict, remark = FigureVerdict.NOTICE, "contact, and none was wanted"
-    return Figure(witness.FORCE, quantity(force, "N", 2), "", verdict, remark)
+    return Figure(contradicting_alarms.FORCE, quantity(force, "N", 2), "", verdict, remark)
 
 
 def figures(summary: Summary) -> list[Figure]:
@@ -222,4 +238,4 @@ def figures(summary: Summary) -> list[Figure]:
         without_limit("Tracking error (RMS)", rmse, "mm", 2, largest),
         without_limit("Until the machine rested", number(summary, "timing", "cycle_s"), "s"),
     ]
-    return [witness.hear(summary, figure) for figure in listed]
+    return [contradicting_alarms.hear(summary, figure) for figure in listed]

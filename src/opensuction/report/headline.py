@@ -6,7 +6,7 @@ alarm; completed with alarms; completed.
 
 from typing import NamedTuple
 
-from opensuction.report import ending, figures, harm, witness
+from opensuction.report import contradicting_alarms, ending, figures, harm
 from opensuction.report.figure import FigureVerdict, attention, needs_look
 from opensuction.report.notice import CAUSES, Notice, notices
 from opensuction.report.summary import Summary, is_completed, is_inside, is_recorded, number
@@ -71,7 +71,8 @@ def _look(summary: Summary) -> str:
     names = [
         attention(figure)
         for figure in figures.figures(summary)
-        if needs_look(figure) and figure.name != witness.AT_END  # the first line says it
+        if needs_look(figure)
+        and figure.name != contradicting_alarms.AT_END  # the first line says it
     ]
     return f"Look at: {', '.join(names)}." if names else ""
 

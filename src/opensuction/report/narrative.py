@@ -4,7 +4,14 @@ No sentence contradicts an alarm, a broken bound or a figure: each figure is des
 value.
 """
 
-from opensuction.report import clearance_words, ending, figures, harm, patient_words, witness
+from opensuction.report import (
+    clearance_words,
+    contradicting_alarms,
+    ending,
+    figures,
+    harm,
+    patient_words,
+)
 from opensuction.report.figure import Figure, FigureVerdict
 from opensuction.report.notice import CONTROLLER, notices
 from opensuction.report.summary import (
@@ -30,7 +37,7 @@ def _yet(summary: Summary, name: str) -> str:
     """What an alarm says against a figure that is within its limits by the truth; may be empty."""
     if _figure(summary, name).verdict is FigureVerdict.BAD:
         return ""
-    against = witness.speaking(summary, name)
+    against = contradicting_alarms.speaking(summary, name)
     return f" Yet an alarm was raised: {stopped(against[0].sentence)}" if against else ""
 
 
@@ -117,7 +124,7 @@ def _depth(summary: Summary) -> str:
         gap = quantity(abs(cap - deepest), "mm")
         side = "short of" if deepest <= cap else "past"
         said += f", {gap} {side} the cap of {quantity(cap, 'mm')} that it must never pass"
-    return f"{said}.{_yet(summary, witness.DEEPEST)}"
+    return f"{said}.{_yet(summary, contradicting_alarms.DEEPEST)}"
 
 
 def _stop(summary: Summary) -> str:
@@ -144,20 +151,20 @@ def _time_inside(summary: Summary) -> str:
     if is_inside(summary):
         return f"{said} until the record ends, and it is still there."
     guideline = number(summary, "timing", "in_airway_guideline_s")
-    if _figure(summary, witness.IN_AIRWAY).is_planned and guideline is not None:
+    if _figure(summary, contradicting_alarms.IN_AIRWAY).is_planned and guideline is not None:
         said += (
             f", over the {guideline:g} s from insertion to removal of [ACI-2014]: by design, for "
             "the tip moves in and out no faster than is gentle, and the time under suction is "
             "what is kept short"
         )
-    return f"{said}.{_yet(summary, witness.IN_AIRWAY)}"
+    return f"{said}.{_yet(summary, contradicting_alarms.IN_AIRWAY)}"
 
 
 def _suction(summary: Summary) -> str:
     lasted = number(summary, "timing", "negative_pressure_s")
     if lasted is None:
         return ""
-    against = _yet(summary, witness.SUCTION)
+    against = _yet(summary, contradicting_alarms.SUCTION)
     if lasted == 0.0:
         return f"There was no suction.{against}"
     guideline = number(summary, "timing", "guideline_s")
@@ -206,7 +213,7 @@ def _contact(summary: Summary) -> str:
     if force is None:
         return _switch(summary)
     if force == 0.0:
-        return f"The tip did not touch the carina.{_yet(summary, witness.FORCE)}"
+        return f"The tip did not touch the carina.{_yet(summary, contradicting_alarms.FORCE)}"
     said = f"The tip touched the carina with at most {quantity(force, 'N', 2)}"
     backoff = _backoff_mm(summary)
     if backoff is not None and backoff >= LEAST_BACKOFF_MM:

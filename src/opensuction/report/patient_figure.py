@@ -1,8 +1,8 @@
 """Key figures of the patient: each with what it was before, and whether it came back."""
 
+from opensuction.report.contradicting_alarms import HEART_RATE, LUNG_VOLUME, PRESSURE, SATURATION
 from opensuction.report.figure import Figure, FigureVerdict, without_limit
 from opensuction.report.summary import Summary, is_recorded, number, value
-from opensuction.report.witness import HEART_RATE, LUNG_VOLUME, PRESSURE, SATURATION
 from opensuction.report.wording import quantity
 
 

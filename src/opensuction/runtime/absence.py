@@ -5,7 +5,7 @@ meanwhile. One that has worked is lost when it falls silent or when another one 
 """
 
 from opensuction.exchange.heartbeat import Process, Signs
-from opensuction.runtime.room import SLOTS_S
+from opensuction.runtime.paths import SLOTS_S
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import UNANSWERED_S
 

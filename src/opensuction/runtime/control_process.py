@@ -26,18 +26,18 @@ from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.devices.ports import Port
 from opensuction.devices.twin_machine import TwinMachine
+from opensuction.exchange.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, harden
 from opensuction.exchange.event_ring import EventReader, EventWriter
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mailbox import Mailbox
-from opensuction.exchange.pace import NS_PER_S, Pace, Pacing, harden
+from opensuction.exchange.process_lock import ProcessLock
 from opensuction.exchange.ring import RingReader, RingWriter
-from opensuction.exchange.sole import Sole
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array
-from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S, Upkeep
+from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S, Interlocks
 from opensuction.runtime.loop import (
     ROW_COLUMNS,
     SET,
@@ -45,7 +45,7 @@ from opensuction.runtime.loop import (
     Around,
     ControlLoop,
 )
-from opensuction.runtime.room import (
+from opensuction.runtime.paths import (
     ABOUT,
     ASK,
     BASIS,
@@ -73,7 +73,7 @@ STATE_PLACES = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("stat
 class Before(NamedTuple):
     """What a controller left that ran here before."""
 
-    kept: Upkeep
+    kept: Interlocks
     off_s: float
     """How long none has run."""
     died: bool
@@ -93,7 +93,7 @@ def read_before(folder: Path) -> Before | None:
 def hand_on(folder: Path, before: Before) -> None:
     """Write down for the next controller what it must not forget, where its ring goes."""
     told = {
-        "kept": plain_row.pack(Upkeep, before.kept).tolist(),
+        "kept": plain_row.pack(Interlocks, before.kept).tolist(),
         "ended_s": time.monotonic() - before.off_s,
         "phase": int(before.phase),
     }
@@ -103,7 +103,7 @@ def hand_on(folder: Path, before: Before) -> None:
 def _read_handed_on(folder: Path) -> Before | None:
     try:
         told = json.loads((folder / BEFORE).read_text(encoding="ascii"))
-        kept = plain_row.unpack(Upkeep, np.array(told["kept"], np.float64))
+        kept = plain_row.unpack(Interlocks, np.array(told["kept"], np.float64))
         off_s = max(time.monotonic() - told["ended_s"], 0.0)
         return Before(kept, off_s, died=True, phase=told["phase"])
     except (OSError, ValueError, KeyError, TypeError, IndexError):
@@ -223,7 +223,7 @@ def serve(
     folder: Path,
     period_ns: int = PERIOD_NS,
     attach: Callable[[Path], Port] = TwinMachine,
-    pace: Callable[[int], Pacing] = Pace,
+    pace: Callable[[int], Pacing] = DeadlineScheduler,
 ) -> None:
     """Control the machine of a folder until the process is told to end.
 
@@ -233,7 +233,7 @@ def serve(
 
     Raises InputError where it cannot begin.
     """
-    with Sole(folder / CONTROLS, "a controller runs"):
+    with ProcessLock(folder / CONTROLS, "a controller runs"):
         chosen = _read_configuration(folder)
         before = read_before(folder)
         port = attach(folder)

@@ -22,7 +22,7 @@ from opensuction.kernel.name import by_name
 from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
-from opensuction.procedure.cycle.upkeep import Upkeep
+from opensuction.procedure.cycle.interlocks import Interlocks
 from opensuction.runtime.decision import Decision
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
@@ -99,7 +99,7 @@ class Controller:
         settings: Configuration | Settings,
         *,
         catheter_age_s: float = math.nan,
-        kept: Upkeep | None = None,
+        kept: Interlocks | None = None,
         off_s: float = math.nan,
     ) -> None:
         """settings: as `controller_settings` makes them, or of one's own.
@@ -119,7 +119,7 @@ class Controller:
         self._age_s = _number("catheter_age_s", catheter_age_s)
         self._kept, self._off_s = kept, _number("off_s", off_s)
         if kept is not None:
-            _check_type("kept", kept, Upkeep)
+            _check_type("kept", kept, Interlocks)
         if kept is not None and not math.isnan(self._age_s):
             raise InputError("catheter_age_s is in what was kept: give one of the two")
         if kept is not None and not 0.0 <= self._off_s < math.inf:

@@ -17,7 +17,7 @@ from opensuction.exchange.ring import RingReader
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.runtime.control_process import PERIOD_NS
-from opensuction.runtime.room import CONFIGURATION, RING
+from opensuction.runtime.paths import CONFIGURATION, RING
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.simulation.wiring import Wiring

@@ -18,19 +18,18 @@ from opensuction.controller import configuration
 from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
 from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.mark import Mark, Place
+from opensuction.exchange.process_lock import ProcessLock, holder
+from opensuction.exchange.read_checkpoint import Place, ReadCheckpoint
 from opensuction.exchange.ring import Read
-from opensuction.exchange.sole import Sole, holder
 from opensuction.kernel import arithmetic_fingerprint, private_file
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
-from opensuction.runtime import about, recorder
-from opensuction.runtime.clerk import Clerk, Context
+from opensuction.runtime import machine_identity, recorder
+from opensuction.runtime.database_writer import Context, DatabaseWriter
 from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import Journal
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
-from opensuction.runtime.recorder import Recorder
-from opensuction.runtime.room import (
+from opensuction.runtime.paths import (
     CONFIGURATION,
     CONTROLS,
     EVENTS,
@@ -42,6 +41,7 @@ from opensuction.runtime.room import (
     RING_BEFORE,
     WATCH_EVENTS,
 )
+from opensuction.runtime.recorder import Recorder
 from opensuction.runtime.source import Source
 
 EVERY_S = 0.02
@@ -57,18 +57,18 @@ _STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 class Keeping(NamedTuple):
     """Where it is put on record, and noted how far."""
 
-    clerk: Clerk
-    mark: Mark
+    writer: DatabaseWriter
+    mark: ReadCheckpoint
     flushed: Flushed
 
 
-class Desk:
+class ControllerSession:
     """Where everything goes that one controller publishes."""
 
     def __init__(self, folder: Path, out: Path, source: Source, keeping: Keeping) -> None:
         self._folder, self._source = folder, source
-        self._clerk, mark, self._flushed = keeping
-        self._mark, clerk = mark, self._clerk
+        self._writer, mark, self._flushed = keeping
+        self._mark, writer = mark, self._writer
         run = source.run.name
         self._place = mark.find(run) or Place(0, 0)
         left = source.begin(self._place)
@@ -76,13 +76,13 @@ class Desk:
             out, run, self._describe, left.state, self._place.row, self._flushed
         )
         goes_on = None if left.goes_on == AT_REST else recorder.name_of(run, left.goes_on)
-        clerk.follow(self._place.row)
+        writer.follow(self._place.row)
         # Where rows are missing nobody knows what comes again.
         last = -1.0 if left.before is None else float(left.before[_TICK])
         last = math.inf if left.state is None else last
         self._journal = Journal(source.run, left.before, left.goes_on)
         unseen = self._journal.find_begun(left.behind)
-        clerk.adopt(
+        writer.adopt(
             self._about.machine.serial,
             goes_on,
             lambda name: recorder.is_after(name, run, last),
@@ -93,13 +93,16 @@ class Desk:
     @property
     def lost(self) -> str:
         """Why something is not kept; empty where all is."""
-        return self._recorder.lost or self._clerk.lost
+        return self._recorder.lost or self._writer.lost
 
     def _describe(self) -> Heading:
         """What recordings of this controller say of themselves."""
         text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
         chosen = configuration.from_json(text)
-        self._about, self._about_of = about.read(self._folder), about.identity(self._folder)
+        self._about, self._about_of = (
+            machine_identity.read(self._folder),
+            machine_identity.identity(self._folder),
+        )
         self._context = Context(self._about, configuration.hash_of(chosen))
         return Heading(
             software_version=self._source.version,
@@ -112,9 +115,9 @@ class Desk:
 
     def _ask_whose(self) -> None:
         """Whose machine it is by now: a catheter is changed without other settings."""
-        found = about.identity(self._folder)
-        if found not in (self._about_of, about.NOWHERE):
-            self._about_of, self._about = found, about.read(self._folder)
+        found = machine_identity.identity(self._folder)
+        if found not in (self._about_of, machine_identity.NOWHERE):
+            self._about_of, self._about = found, machine_identity.read(self._folder)
             self._context = self._context._replace(about=self._about)
 
     def take(self, found: Read, happened: list[Event]) -> None:
@@ -129,42 +132,44 @@ class Desk:
         new = found.rows[max(self._followed - found.first + 1, 0) :]
         missed = found.first - 1 - self._followed
         if missed > 0 and len(new):
-            self._clerk.put(self._journal.miss(new[0], missed), self._context)
+            self._writer.put(self._journal.miss(new[0], missed), self._context)
         for entry in self._journal.follow(new, happened):
-            self._clerk.put(entry, self._context)
+            self._writer.put(entry, self._context)
         self._bind()
         self._followed = max(self._followed, last)
-        self._clerk.reach(kept)
-        event = self._source.event if self._clerk.is_idle else self._place.event
-        self._place = Place(min(kept, self._clerk.stored), event)
+        self._writer.reach(kept)
+        event = self._source.event if self._writer.is_idle else self._place.event
+        self._place = Place(min(kept, self._writer.stored), event)
         # Until then another recorder goes on with the controller before.
-        if self._clerk.has_caught_up:
+        if self._writer.has_caught_up:
             self._mark.set(self._source.run.name, self._place)
 
     def _bind(self) -> None:
         """After the cycles that the recordings are of: what they hold."""
-        self._clerk.bind(self._recorder.take_ended(), self._flushed, self._about.machine)
+        self._writer.bind(self._recorder.take_ended(), self._flushed, self._about.machine)
 
     def end(self, died: bool) -> None:
         """No more comes. died: its writer is dead."""
         self._recorder.close()
         if died:
             for entry in self._journal.end():
-                self._clerk.put(entry, self._context)
+                self._writer.put(entry, self._context)
         self._bind()
 
 
-class Office:
+class RecorderService:
     """The recorder: a desk after the other."""
 
     def __init__(self, folder: Path, out: Path) -> None:
         self._folder, self._out = folder, out
-        self._heartbeat, told = Heartbeat(folder), about.read(folder)
-        self._clerk = Clerk(told.database)
-        self._keeping = Keeping(self._clerk, Mark(folder / MARK), Flushed(folder / FLUSHED))
+        self._heartbeat, told = Heartbeat(folder), machine_identity.read(folder)
+        self._writer = DatabaseWriter(told.database)
+        self._keeping = Keeping(
+            self._writer, ReadCheckpoint(folder / MARK), Flushed(folder / FLUSHED)
+        )
         # Before anything else is written: what a recorder that died had written is as it was.
         notes = self._keeping.flushed
-        self._clerk.bind(notes.left(), notes, told.machine)
+        self._writer.bind(notes.left(), notes, told.machine)
         self._watch = FollowedRing(folder / WATCH_EVENTS, lambda columns: columns == COLUMNS)
         self._watched: EventReader | None = None
         self._said = ""
@@ -181,7 +186,7 @@ class Office:
         self._heartbeat.beat(Process.KEEPING)
         while (source := self._wait()) is not None:
             self._finish_before(source.run.name)
-            desk = Desk(self._folder, self._out, source, self._keeping)
+            desk = ControllerSession(self._folder, self._out, source, self._keeping)
             self._follow(desk, source)
             desk.take(*source.drain())
             desk.end(died=not self._ending or holder(self._folder / CONTROLS) is None)
@@ -189,8 +194,8 @@ class Office:
             self._beat(desk.lost)
             if self._ending:
                 break
-        if not self._clerk.close(PATIENCE_S):
-            sys.stderr.write(f"opensuction: not all was put on record: {self._clerk.lost}\n")
+        if not self._writer.close(PATIENCE_S):
+            sys.stderr.write(f"opensuction: not all was put on record: {self._writer.lost}\n")
         self._heartbeat.end(Process.RECORDER)
         self._heartbeat.end(Process.KEEPING)
 
@@ -204,14 +209,14 @@ class Office:
         with contextlib.suppress(InputError, OSError):
             source = Source(self._folder / RING_BEFORE, self._folder / EVENTS_BEFORE)
             if source.run.name != self._finished:
-                desk = Desk(self._folder, self._out, source, self._keeping)
+                desk = ControllerSession(self._folder, self._out, source, self._keeping)
                 desk.take(*source.drain())
                 desk.end(died=True)
 
     def _wait(self) -> Source | None:
         """The controller, once there is one; None where the process is told to end before."""
         while not self._ending:
-            self._beat(self._clerk.lost)
+            self._beat(self._writer.lost)
             try:
                 return Source(self._folder / RING, self._folder / EVENTS)
             except (InputError, OSError):
@@ -233,7 +238,7 @@ class Office:
             self._watched = EventReader(self._watch.reader)
         return [] if self._watched is None else self._watched.read()[0]
 
-    def _follow(self, desk: Desk, source: Source) -> None:
+    def _follow(self, desk: ControllerSession, source: Source) -> None:
         """Record what one controller publishes, until it is replaced or the process shall end."""
         came_s = time.monotonic()
         while not self._ending:
@@ -253,12 +258,12 @@ class Office:
 
 def serve(folder: Path, out: Path) -> None:
     """Record until the process is told to end. Raises InputError where it cannot begin."""
-    with Sole(folder / RECORDS, "a recorder runs"):
+    with ProcessLock(folder / RECORDS, "a recorder runs"):
         try:
             private_file.make_folder(out)
         except OSError as error:
             raise InputError(f"no recordings can be kept in {out}: {error.strerror}") from None
-        Office(folder, out).serve()
+        RecorderService(folder, out).serve()
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.exchange.event_ring import Event, EventReader
-from opensuction.exchange.mark import Place
+from opensuction.exchange.read_checkpoint import Place
 from opensuction.exchange.ring import Read, RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array

@@ -17,12 +17,12 @@ from typing import NamedTuple, Self
 
 from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.sole import Sole
+from opensuction.exchange.process_lock import ProcessLock
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
 from opensuction.runtime.absence import MISSED_S
 from opensuction.runtime.control_process import PERIOD_NS
-from opensuction.runtime.room import (
+from opensuction.runtime.paths import (
     CONSOLE,
     CONSOLE_ENDS_S,
     CONSOLES,
@@ -32,7 +32,7 @@ from opensuction.runtime.room import (
     WATCH_EVENTS,
     WATCH_EVENTS_BEFORE,
 )
-from opensuction.runtime.ward import Ward
+from opensuction.runtime.supervised_process import SupervisedProcess
 
 LOOKS_S = 0.05
 """How often it looks: a tenth of the time after which it is missed itself."""
@@ -59,12 +59,12 @@ class Supervisor:
 
         out: of its recordings. Raises InputError where another one supervises it.
         """
-        self._sole = Sole(folder / SUPERVISES, "a supervisor runs")
+        self._lock = ProcessLock(folder / SUPERVISES, "a supervisor runs")
         self._events = EventWriter(folder / WATCH_EVENTS, folder / WATCH_EVENTS_BEFORE)
         self._heartbeat = Heartbeat(folder)
         self._number, self._silent_looks, self._keeps_nothing = 0, 0, False
         self._run = f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{time.monotonic_ns():x}"
-        self.recorder = Ward(
+        self.recorder = SupervisedProcess(
             folder,
             launch.RECORDER,
             folder / RECORDS,
@@ -72,7 +72,7 @@ class Supervisor:
             (str(out),),
             awaited=(Process.RECORDER, Process.KEEPING),
         )
-        self.control = Ward(
+        self.control = SupervisedProcess(
             folder,
             launch.CONTROL,
             folder / CONTROLS,
@@ -80,14 +80,14 @@ class Supervisor:
             (str(period_ns),),
             CONTROL_HUNG_S,
         )
-        self.console: Ward | None = None
+        self.console: SupervisedProcess | None = None
         if (folder / CONSOLE).exists():
-            self.console = Ward(
+            self.console = SupervisedProcess(
                 folder, launch.CONSOLE, folder / CONSOLES, Process.CONSOLE, (), CONSOLE_HUNG_S
             )
 
     @property
-    def _wards(self) -> tuple[Ward, ...]:
+    def _supervised(self) -> tuple[SupervisedProcess, ...]:
         """The most urgent first."""
         both = (self.control, self.recorder)
         return both if self.console is None else (*both, self.console)
@@ -105,24 +105,26 @@ class Supervisor:
         """
         self._heartbeat.begin(Process.SUPERVISOR)
         # At once: where one has died in a cycle, the catheter is looked for now.
-        for ward in self._wards:
-            tell(self._note(ward.begin(), ""))
-        while starting := tuple(ward.title for ward in self._wards if not ward.works()):
+        for process in self._supervised:
+            tell(self._note(process.begin(), ""))
+        while starting := tuple(
+            process.title for process in self._supervised if not process.works()
+        ):
             self._heartbeat.beat(Process.SUPERVISOR)
             meanwhile(starting)
-            for ward in self._wards:
-                if not (ward.is_alive() or ward.was_found):
-                    words = ward.last_words()
+            for process in self._supervised:
+                if not (process.is_alive() or process.was_found):
+                    words = process.last_words()
                     self.end()
-                    raise InputError(f"the {ward.title} does not run: {words}")
-                if (done := ward.look()) is not None:
+                    raise InputError(f"the {process.title} does not run: {words}")
+                if (done := process.look()) is not None:
                     tell(self._note(*done))
             time.sleep(LOOKS_S)
 
     def look(self) -> list[Notice]:
         """Give a sign of life and see to the others; to be called every `LOOKS_S`."""
         self._heartbeat.beat(Process.SUPERVISOR)
-        done = [ward.look() for ward in self._wards]
+        done = [process.look() for process in self._supervised]
         told = [self._note(*one) for one in done if one is not None]
         return [*told, *self._look_at_keeping()]
 
@@ -166,7 +168,7 @@ class Supervisor:
 
     def __exit__(self, *_: object) -> None:
         self._events.close()
-        self._sole.close()
+        self._lock.close()
 
 
 def serve(folder: Path, out: Path) -> None:

@@ -21,7 +21,7 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle.demand import Demand
-from opensuction.procedure.cycle.upkeep import Counters
+from opensuction.procedure.cycle.interlocks import Counters
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.simulation.wiring import (
@@ -88,7 +88,7 @@ class TraceRow(NamedTuple):
     annunciator: Annunciator
     """What people are told at the bedside, with or without a controller."""
     counters: Counters
-    """Of passes, rest and resets; see `upkeep`."""
+    """Of passes, rest and resets; see `interlocks`."""
 
 
 COLUMNS = row.columns(TraceRow)

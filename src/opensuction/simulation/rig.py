@@ -22,8 +22,8 @@ from opensuction.identification.estimator.servo import ServoFit
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import IDENTIFY, NO_REQUESTS
+from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.procedure.cycle.plan import Excitation
-from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.procedure.planning.site import BENCH_SITE, Site
 from opensuction.simulation import machine_kind, trace

@@ -17,10 +17,10 @@ import pytest
 from playwright.sync_api import expect
 
 from opensuction.devices.twin_process import PLAYS
+from opensuction.exchange.process_lock import holder
 from opensuction.exchange.ring import RingReader
-from opensuction.exchange.sole import holder
 from opensuction.records.records import Records
-from opensuction.runtime import room
+from opensuction.runtime import paths
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.browser.console.conftest import TABLET
 from tests.cli.command import Process, begun, wait_for
@@ -60,7 +60,7 @@ class Ward(NamedTuple):
 
     def tip_mm(self) -> float:
         """By the twin itself."""
-        newest = RingReader(room.find(self.name) / "machine.ring").snapshot()
+        newest = RingReader(paths.find(self.name) / "machine.ring").snapshot()
         assert newest is not None
         return float(newest[1][SHOWN_COLUMNS.index("truth.tip_mm")])
 
@@ -93,11 +93,11 @@ def ward(tmp_path: Path) -> Iterator[Ward]:
         assert "ended in order" in program.communicate(timeout=60.0)[1]
     finally:
         program.kill()
-        folder = room.make(name)
-        for lock in (room.SUPERVISES, room.CONSOLES, room.RECORDS, room.CONTROLS, PLAYS):
+        folder = paths.make(name)
+        for lock in (paths.SUPERVISES, paths.CONSOLES, paths.RECORDS, paths.CONTROLS, PLAYS):
             if (pid := holder(folder / lock)) is not None:
                 os.kill(pid, signal.SIGKILL)
-        room.clear(folder)
+        paths.clear(folder)
         folder.rmdir()
 
 
@@ -189,7 +189,7 @@ def test_a_cycle_from_the_first_password_to_its_report(page: "Page", ward: Ward)
     """Watched to its end; in the middle of it the console hangs, dies and comes back by itself."""
     come_to_the_bed(page, ward)
     go_inside(page, ward)
-    console = holder(room.find(ward.name) / room.CONSOLES)
+    console = holder(paths.find(ward.name) / paths.CONSOLES)
     assert console is not None
     page.evaluate(NOTE_LOSS)
     hung_ms = 1e3 * time.time()

@@ -15,7 +15,7 @@ from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.room import RING
+from opensuction.runtime.paths import RING
 from opensuction.safety.condition import OUT_FIRST, Condition
 from tests.console.written_machine import WrittenMachine
 

@@ -5,7 +5,7 @@ import pytest
 from opensuction.console.live import machine
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
-from opensuction.runtime.room import CONFIGURATION
+from opensuction.runtime.paths import CONFIGURATION
 from opensuction.safety import tip_bound
 from tests.console.served import Served
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from opensuction.evidence import healthy_cycle
-from opensuction.evidence.trial import aftermath, draw, judged_cycle, sound_machine
+from opensuction.evidence.trial import draw, judged_cycle, post_cycle_observation, sound_machine
 from opensuction.evidence.trial.draw import DrawnFault, Trial
 from opensuction.evidence.trial.judged_cycle import JUDGED, Case, Played
 from opensuction.evidence.trial.sound_machine import SoundMachine
@@ -14,7 +14,7 @@ from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import InjectedRun
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.simulation.injection.run_judgement import NOT_FOLLOWED
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
@@ -25,12 +25,12 @@ SEED = 3
 
 
 @pytest.fixture(scope="module")
-def room() -> Room:
+def room() -> RowBuffer:
     return judged_cycle.make_room()
 
 
 @pytest.fixture(scope="module")
-def machines(room: Room) -> list[SoundMachine]:
+def machines(room: RowBuffer) -> list[SoundMachine]:
     """A machine for each patient and approach."""
     return [
         sound_machine.find(TRIAL, number, lambda one: sound_machine.play(one, room))[0]
@@ -42,7 +42,7 @@ def drawn(*faults: Fault, share: float = 0.5) -> tuple[DrawnFault, ...]:
     return tuple(DrawnFault(fault, ROWS[fault].default_strength, share) for fault in faults)
 
 
-def play(machine: SoundMachine, room: Room, *faults: DrawnFault) -> tuple[Played, Case]:
+def play(machine: SoundMachine, room: RowBuffer, *faults: DrawnFault) -> tuple[Played, Case]:
     injections = judged_cycle.place(faults, machine.healthy)
     played = judged_cycle.play_faulty(machine, injections, SEED, room)
     return played, judged_cycle.judge(1, machine.prepared, played)
@@ -53,7 +53,7 @@ def play_whole(machine: SoundMachine, faults: tuple[DrawnFault, ...]) -> Injecte
     injections = judged_cycle.place(faults, machine.healthy)
     prepared = machine.prepared
     going = FaultyRun(prepared.loop, prepared.start, injections, judged_cycle.make_room(), SEED)
-    injection.follow(going, aftermath.WATCHED_S, 0)
+    injection.follow(going, post_cycle_observation.WATCHED_S, 0)
     return injection.take(going, injections)
 
 
@@ -71,7 +71,7 @@ def play_whole(machine: SoundMachine, faults: tuple[DrawnFault, ...]) -> Injecte
     ids=lambda faults: "+".join(fault.title for fault in faults),
 )
 def test_a_cycle_from_a_mark_is_the_cycle_from_the_start(
-    number: int, faults: tuple[Fault, ...], machines: list[SoundMachine], room: Room
+    number: int, faults: tuple[Fault, ...], machines: list[SoundMachine], room: RowBuffer
 ) -> None:
     """To the last bit, with the faults of a link, too: what they hand on is played before them."""
     machine = machines[number]
@@ -87,7 +87,9 @@ def test_a_cycle_from_a_mark_is_the_cycle_from_the_start(
         for found, wanted in ((played.run.columns, whole.columns), (played.run.sent, whole.sent)):
             assert np.array_equal(found[name], wanted[name][:ticks], equal_nan=True), name
     assert [one.at_s for one in played.run.faults] == [one.at_s for one in whole.faults]
-    full = judged_cycle.judge(1, machine.prepared, Played(whole, aftermath.WATCHED_S, NOT_FOLLOWED))
+    full = judged_cycle.judge(
+        1, machine.prepared, Played(whole, post_cycle_observation.WATCHED_S, NOT_FOLLOWED)
+    )
     for name in ("faults", "commands", "breaches", "left_inside", "false_alarms"):
         assert getattr(case, name) == getattr(full, name)
     # The patient who is followed alone is as well as the one at the machine.
@@ -116,14 +118,14 @@ def test_a_fault_comes_in_the_time_inside_or_a_second_before(machines: list[Soun
             assert phase[tick] == at.phase
 
 
-def test_a_single_fault_always_counts(machines: list[SoundMachine], room: Room) -> None:
+def test_a_single_fault_always_counts(machines: list[SoundMachine], room: RowBuffer) -> None:
     for share in (0.0, 1.0):
         _, case = play(machines[0], room, *drawn(Fault.POWER_LOST_WITHOUT_RESERVE, share=share))
         assert case.counted == 1
 
 
 def test_what_comes_when_the_catheter_is_out_does_not_count(
-    machines: list[SoundMachine], room: Room
+    machines: list[SoundMachine], room: RowBuffer
 ) -> None:
     """The first fault has had it drawn out long ago."""
     early, late = drawn(Fault.ENCODER_INVALID, share=0.2), drawn(Fault.PUMP_LOST, share=1.0)
@@ -137,22 +139,22 @@ def test_what_comes_when_the_catheter_is_out_does_not_count(
 
 
 def test_a_catheter_that_stays_is_told_and_inside_for_the_whole_watch(
-    machines: list[SoundMachine], room: Room
+    machines: list[SoundMachine], room: RowBuffer
 ) -> None:
     """As if the machine, which does nothing any more, had been played all the time."""
     faults = drawn(Fault.GEAR_LOST)
     _, case = play(machines[2], room, *faults)
     whole = play_whole(machines[2], faults)
     full = judged_cycle.judge(
-        1, machines[2].prepared, Played(whole, aftermath.WATCHED_S, NOT_FOLLOWED)
+        1, machines[2].prepared, Played(whole, post_cycle_observation.WATCHED_S, NOT_FOLLOWED)
     )
-    assert case.watched_s < aftermath.WATCHED_S
+    assert case.watched_s < post_cycle_observation.WATCHED_S
     assert case.left_inside is not None
     assert case.left_inside.unavoidable
     assert case.left_inside == full.left_inside
     assert case.told
     assert case.breaches == full.breaches == ()
-    assert case.endpoints.in_airway_s > aftermath.WATCHED_S
+    assert case.endpoints.in_airway_s > post_cycle_observation.WATCHED_S
     assert case.endpoints.in_airway_s == pytest.approx(full.endpoints.in_airway_s, abs=0.01)
 
 
@@ -165,14 +167,14 @@ def test_a_catheter_that_stays_is_told_and_inside_for_the_whole_watch(
     ],
 )
 def test_what_comes_and_goes_slowly_is_watched_to_the_end(
-    fault: Fault, strength: float, whole: bool, machines: list[SoundMachine], room: Room
+    fault: Fault, strength: float, whole: bool, machines: list[SoundMachine], room: RowBuffer
 ) -> None:
     _, case = play(machines[6], room, DrawnFault(fault, strength, 0.5))
-    assert (case.watched_s == aftermath.WATCHED_S) == whole
+    assert (case.watched_s == post_cycle_observation.WATCHED_S) == whole
 
 
 def test_a_sound_cycle_is_quiet_and_gives_its_endpoints(
-    machines: list[SoundMachine], room: Room
+    machines: list[SoundMachine], room: RowBuffer
 ) -> None:
     for machine in machines:
         case = judged_cycle.judge(
@@ -181,7 +183,7 @@ def test_a_sound_cycle_is_quiet_and_gives_its_endpoints(
         assert case.completed
         assert not case.is_broken
         assert (case.faults, case.counted, case.left_inside) == ((), 0, None)
-        assert case.watched_s < aftermath.WATCHED_S
+        assert case.watched_s < post_cycle_observation.WATCHED_S
         found = case.endpoints
         assert found.removed_ml > 0.0
         assert 0.0 < found.removed_percent <= 100.0

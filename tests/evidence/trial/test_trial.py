@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from opensuction.evidence import crew
+from opensuction.evidence import worker_pool
 from opensuction.evidence.trial import (
-    aftermath,
     part,
+    post_cycle_observation,
     tally,
     trial,
     trial_log,
@@ -82,7 +82,7 @@ def test_a_cycle_can_be_played_again_alone() -> None:
     for name in ("number", "faults", "completed", "commands", "breaches", "left_inside"):
         assert getattr(again.case, name) == getattr(case, name)
     assert again.case.endpoints == pytest.approx(case.endpoints, rel=1e-3)
-    assert again.case.watched_s == aftermath.WATCHED_S
+    assert again.case.watched_s == post_cycle_observation.WATCHED_S
     assert again.run.columns["truth.laser_mm"].size == again.run.columns["phase"].size
 
 
@@ -99,7 +99,7 @@ class Folder:
         self.heading = trial_log.make_heading(Trial(faults="none"), 4)
         self.played: list[int] = []
         monkeypatch.setattr(part, "warm_up", lambda _: None)
-        monkeypatch.setattr(crew, "spread", self._spread)
+        monkeypatch.setattr(worker_pool, "spread", self._spread)
         trial_log.begin(path, self.heading)
 
     def _spread(self, _: Any, tasks: list[Part], __: int, tell: Any, ___: Any) -> None:

@@ -14,11 +14,18 @@ from opensuction.kernel.requests import (
     OXYGENATED,
     Requests,
 )
-from opensuction.procedure.cycle import button, episode, preoxygenation, refusal, schedule, upkeep
+from opensuction.procedure.cycle import (
+    button,
+    episode,
+    interlocks,
+    preoxygenation,
+    refusal,
+    schedule,
+)
 from opensuction.procedure.cycle.episode import NEW, Episode
+from opensuction.procedure.cycle.interlocks import LIFE_S, Service
 from opensuction.procedure.cycle.preoxygenation import VALID_S, Answer, Preoxygenation
 from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.cycle.upkeep import LIFE_S, Service
 from opensuction.procedure.planning import pass_rule
 from opensuction.procedure.planning.pass_rule import BENCH, RULES
 
@@ -62,14 +69,14 @@ def test_nobody_is_counted_on_the_bench() -> None:
 
 
 def test_the_seconds_that_are_left_are_said() -> None:
-    kept = upkeep.start(0.0)._replace(episode=NEW._replace(rest_left_s=41.2))
+    kept = interlocks.start(0.0)._replace(episode=NEW._replace(rest_left_s=41.2))
     assert "another 42 s" in refusal.say(Refusal.RESTING, 41.2)
     assert refusal.say(Refusal.HALTED, 41.2) == refusal.SENTENCES[Refusal.HALTED]
-    assert upkeep.refusal(SERVICE, kept, PARKED, True, 0) == Refusal.RESTING
+    assert interlocks.refusal(SERVICE, kept, PARKED, True, 0) == Refusal.RESTING
 
 
 def test_the_patient_is_looked_at_first_then_rests_then_is_given_oxygen() -> None:
-    kept = upkeep.start(0.0)._replace(episode=Episode(3, False, 10.0))
+    kept = interlocks.start(0.0)._replace(episode=Episode(3, False, 10.0))
     said = []
     for state in (
         kept,
@@ -77,7 +84,7 @@ def test_the_patient_is_looked_at_first_then_rests_then_is_given_oxygen() -> Non
         kept._replace(episode=NEW),
         kept._replace(episode=NEW, oxygen=Answer(int(Preoxygenation.SKIPPED), 1.0)),
     ):
-        said.append(upkeep.refusal(SERVICE, state, PARKED, True, 0))
+        said.append(interlocks.refusal(SERVICE, state, PARKED, True, 0))
     assert said == [
         Refusal.PASS_LIMIT,
         Refusal.RESTING,
@@ -88,19 +95,19 @@ def test_the_patient_is_looked_at_first_then_rests_then_is_given_oxygen() -> Non
 
 @pytest.mark.parametrize("pressed", [ASSESSED, OXYGENATED, OXYGEN_SKIPPED])
 def test_who_aborts_answers_nothing(pressed: Requests) -> None:
-    kept = upkeep.start(0.0)._replace(episode=Episode(3, True, 0.0))
-    assert upkeep.hear(SERVICE, kept, PARKED, pressed) != kept
+    kept = interlocks.start(0.0)._replace(episode=Episode(3, True, 0.0))
+    assert interlocks.hear(SERVICE, kept, PARKED, pressed) != kept
     both = pressed._replace(abort=True)
-    assert upkeep.hear(SERVICE, kept, PARKED, both) == kept
-    assert upkeep.hear(SERVICE, kept, PARKED, ABORT) == kept
+    assert interlocks.hear(SERVICE, kept, PARKED, both) == kept
+    assert interlocks.hear(SERVICE, kept, PARKED, ABORT) == kept
 
 
 @given(st.sampled_from(Phase))
 def test_only_a_parked_machine_hears_about_oxygen_and_only_a_resting_one_of_a_look(
     phase: Phase,
 ) -> None:
-    kept = upkeep.start(0.0)._replace(episode=Episode(3, True, 0.0))
-    heard = upkeep.hear(SERVICE, kept, int(phase), ASSESSED._replace(oxygenated=True))
+    kept = interlocks.start(0.0)._replace(episode=Episode(3, True, 0.0))
+    heard = interlocks.hear(SERVICE, kept, int(phase), ASSESSED._replace(oxygenated=True))
     assert (heard.oxygen != kept.oxygen) == (phase == Phase.PARKED)
     assert (heard.episode.passes == 0) == (phase in RESTING)
 

@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from opensuction.exchange.pace import Pace, harden
+from opensuction.exchange.deadline_scheduler import DeadlineScheduler, harden
 
 LONGEST = 64
 """Bits of the longest delay in nanoseconds."""
@@ -21,7 +21,7 @@ def keep(out: Path, period_ns: int) -> None:
     ending: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
     late, ticks = [0] * LONGEST, 0
-    allowed, pace = harden(), Pace(period_ns)
+    allowed, pace = harden(), DeadlineScheduler(period_ns)
     while not ending:
         pace.wait()
         late[max(time.monotonic_ns() - pace.deadline_ns, 0).bit_length()] += 1

@@ -25,9 +25,9 @@ from opensuction.exchange.ring import RingReader
 from opensuction.kernel.phase import RESTING
 from opensuction.kernel.record import Array
 from opensuction.oracle import exposure
-from opensuction.runtime import about, launch
+from opensuction.runtime import launch, machine_identity
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.room import ASK, EVENTS, RING
+from opensuction.runtime.paths import ASK, EVENTS, RING
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.controller.bedside import hurried
@@ -163,7 +163,7 @@ def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int)
     processes = []
     try:
         launch.configure(folder, loop)
-        about.write(folder, ABOUT._replace(database=str(folder / "records.db")))
+        machine_identity.write(folder, ABOUT._replace(database=str(folder / "records.db")))
         processes.append(launch.start_twin(folder, loop, state, seed=1))
         processes.append(launch.start_control(folder, period))
         processes.append(launch.start_recorder(folder, out))

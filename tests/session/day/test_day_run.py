@@ -7,7 +7,7 @@ import pytest
 
 from opensuction.controller.controller import with_upkeep
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.cycle.upkeep import LIFE_S
+from opensuction.procedure.cycle.interlocks import LIFE_S
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, preoxygenation, resolution

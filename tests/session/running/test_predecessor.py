@@ -19,7 +19,7 @@ from opensuction.controller import controller
 from opensuction.exchange.ring import RingWriter
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
-from opensuction.runtime import control_process, launch, room
+from opensuction.runtime import control_process, launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -42,9 +42,9 @@ def folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Of machines whose twin is no process, so that none answers."""
     monkeypatch.setattr(launch, "start_twin", lambda *_: None)
     monkeypatch.setattr(time, "monotonic", lambda: OFF_S)
-    made = room.make(NAME)
+    made = paths.make(NAME)
     yield made
-    room.clear(made)
+    paths.clear(made)
     made.rmdir()
 
 
@@ -56,7 +56,7 @@ def leave(folder: Path, tip_mm: float, phase: Phase = Phase.HALTED) -> None:
     row["state.core.procedure.phase"] = float(phase)
     for name in ("foremost_mm", "rearmost_mm"):
         row[f"state.core.governor.watch.tip.{name}"] = tip_mm
-    with closing(RingWriter(folder / room.RING, ROW_COLUMNS, 4, {})) as ring:
+    with closing(RingWriter(folder / paths.RING, ROW_COLUMNS, 4, {})) as ring:
         ring.write(np.array(list(row.values())))
 
 
@@ -97,7 +97,7 @@ def test_it_outlives_an_end_in_which_the_machine_does_not_answer(
     begun = begin(prepared)
     leave(folder, 60.0)
     begun.end()
-    assert [one.name for one in folder.iterdir()] == [room.BEFORE]
+    assert [one.name for one in folder.iterdir()] == [paths.BEFORE]
     lost = begin(prepared).lost
     assert lost is not None
     assert lost.was_inside
@@ -107,7 +107,7 @@ def test_it_outlives_an_end_in_which_the_machine_does_not_answer(
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"kept": [1], "ended_s": 0, "phase": 0}'])
 def test_what_cannot_be_read_is_nothing(folder: Path, text: str) -> None:
-    (folder / room.BEFORE).write_text(text)
+    (folder / paths.BEFORE).write_text(text)
     assert control_process.read_before(folder) is None
     assert predecessor.find(folder) is None
 

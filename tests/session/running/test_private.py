@@ -15,10 +15,10 @@ from opensuction.exchange import heartbeat
 from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.heartbeat import Heartbeat
 from opensuction.exchange.mailbox import Mailbox
-from opensuction.exchange.mark import Mark
-from opensuction.exchange.sole import Sole
+from opensuction.exchange.process_lock import ProcessLock
+from opensuction.exchange.read_checkpoint import ReadCheckpoint
 from opensuction.kernel.errors import InputError
-from opensuction.runtime import about, launch, room
+from opensuction.runtime import launch, machine_identity, paths
 from opensuction.session.running import basis, console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
 from opensuction.twin.plant import PlantState
@@ -38,21 +38,21 @@ def begin_twin(folder: Path) -> None:
 
 def listen(folder: Path) -> None:
     """As a controller that dies: the sockets stay in the folder."""
-    for own in Mailbox(folder / room.ASK)._sockets:
+    for own in Mailbox(folder / paths.ASK)._sockets:
         own.close()
 
 
 WRITERS: dict[str, Callable[[Path], object]] = {
-    room.ABOUT: lambda folder: about.write(folder, ABOUT),
-    room.BASIS: lambda folder: basis.write(folder, at_bed()),
-    room.CONFIGURATION: lambda folder: launch.configure(folder, hurried(2.0)[0]),
-    room.CONSOLE: lambda folder: console_settings.write(folder, CONSOLE),
-    room.MARK: lambda folder: Mark(folder / room.MARK),
-    room.CONTROLS: lambda folder: Sole(folder / room.CONTROLS, "").close(),
-    room.EVENTS: lambda folder: EventWriter(folder / room.EVENTS).close(),
-    room.EVENTS + ".lock": lambda folder: EventWriter(folder / room.EVENTS).close(),
-    room.EVENTS + ".new": lambda folder: EventWriter(folder / room.EVENTS).close(),
-    room.ASK: listen,
+    paths.ABOUT: lambda folder: machine_identity.write(folder, ABOUT),
+    paths.BASIS: lambda folder: basis.write(folder, at_bed()),
+    paths.CONFIGURATION: lambda folder: launch.configure(folder, hurried(2.0)[0]),
+    paths.CONSOLE: lambda folder: console_settings.write(folder, CONSOLE),
+    paths.MARK: lambda folder: ReadCheckpoint(folder / paths.MARK),
+    paths.CONTROLS: lambda folder: ProcessLock(folder / paths.CONTROLS, "").close(),
+    paths.EVENTS: lambda folder: EventWriter(folder / paths.EVENTS).close(),
+    paths.EVENTS + ".lock": lambda folder: EventWriter(folder / paths.EVENTS).close(),
+    paths.EVENTS + ".new": lambda folder: EventWriter(folder / paths.EVENTS).close(),
+    paths.ASK: listen,
     heartbeat.FILE: Heartbeat,
     BEGUN: begin_twin,
     LOG_FILE: lambda folder: PrivateLog(folder / LOG_FILE).close(),

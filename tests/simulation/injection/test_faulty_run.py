@@ -7,7 +7,7 @@ from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 
@@ -23,7 +23,7 @@ def ran(fault: Fault, strength: float, after_s: float) -> tuple[Columns, Columns
         rig, PAPER, CompensationKind.EXACT_INVERSE, rigs.uncalibrated(rig.profile), 2
     )
     going = FaultyRun(
-        loop, parked, [Injection(fault, FaultInstant(None, after_s), strength)], Room(1.0), 0
+        loop, parked, [Injection(fault, FaultInstant(None, after_s), strength)], RowBuffer(1.0), 0
     )
     while going.done < TICKS:
         going.advance(TICKS - going.done)

@@ -45,10 +45,10 @@ def _bus(options: InjectOptions) -> "Bus | None":
 
 def _find(machine: Path) -> Path:
     """The folder of a machine that was named, or the one that was given."""
-    from opensuction.runtime import room
+    from opensuction.runtime import paths
 
     if machine.name == str(machine) and not machine.is_dir():
-        machine = room.find(str(machine))
+        machine = paths.find(str(machine))
     if not machine.is_dir():
         raise InputError(f"no machine plays in {machine}: name one that runs, or its folder")
     return machine

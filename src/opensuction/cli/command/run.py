@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from opensuction.cli.progress import ProgressTeller
     from opensuction.session.cycle.resolution import ResolvedCycle
+    from opensuction.session.running.cycle_scheduler import CycleScheduler
     from opensuction.session.running.machine import Running
-    from opensuction.session.running.rounds import Rounds
     from opensuction.session.running.run import Done
 
 
@@ -70,11 +70,13 @@ class AskOptions(NamedTuple):
 
 def run(options: RunOptions) -> int:
     """Carry out ``run``; returns the exit status. Raises InputError for bad input."""
-    from opensuction.session.running import rounds, run
+    from opensuction.session.running import cycle_scheduler, run
 
     every_s = 60.0 * options.apart_min
     with machine_of(options.machine) as (running, out, progress):
-        with closing(rounds.Rounds(running, options.wanted, every_s, progress.tell)) as made:
+        with closing(
+            cycle_scheduler.CycleScheduler(running, options.wanted, every_s, progress.tell)
+        ) as made:
             done = supervise(running, out, made, progress)
         data = run.plain(running, done, out, options.machine.database)
     show(options.machine.as_json, data, lambda console: _summarise(console, data))
@@ -106,7 +108,7 @@ def _begin(
     options: MachineOptions, resolved: "ResolvedCycle", progress: "ProgressTeller"
 ) -> "Running":
     """The machine, whose twin plays."""
-    from opensuction.runtime import room
+    from opensuction.runtime import paths
     from opensuction.session.cycle import cycle_run
     from opensuction.session.running import machine
 
@@ -121,7 +123,7 @@ def _begin(
         progress.tell("The twin of an earlier run still plays: it is taken up")
     elif running.lost is not None:
         progress.tell(running.lost.succession)
-    if elsewhere := room.passed_by(running.folder):
+    if elsewhere := paths.passed_by(running.folder):
         progress.tell(elsewhere)
     return running
 
@@ -129,7 +131,7 @@ def _begin(
 def supervise(
     running: "Running",
     out: Path,
-    rounds: "Rounds | None",
+    rounds: "CycleScheduler | None",
     progress: "ProgressTeller",
     look: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> "Done":

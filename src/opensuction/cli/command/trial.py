@@ -132,10 +132,10 @@ def _carry_out(
 ) -> CommandResult:
     """Play what is not there yet and write what the trial came to."""
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.evidence import crew
+    from opensuction.evidence import worker_pool
 
     progress = ProgressTeller()
-    workers = options.workers or crew.count_cores()
+    workers = options.workers or worker_pool.count_cores()
     teller = _Teller(progress, heading.cycles, sum(len(one.cases) for one in kept.values()))
     try:
         progress.tell(_say_what_runs(heading, len(kept), workers))
@@ -145,7 +145,7 @@ def _carry_out(
         result = _conclude(heading, parts, teller, workers)
         with output_folder.stage(folder, force=True) as staging:
             output_folder.write(staging, result.files)
-    except (InputError, OSError, Stopped, crew.WorkerLostError) as ending:
+    except (InputError, OSError, Stopped, worker_pool.WorkerLostError) as ending:
         ending.add_note(_say_what_is_kept(folder, heading, teller.cycles))
         raise
     return result
@@ -201,8 +201,8 @@ def _play_all(
 
     Raises WorkerLostError where none could.
     """
-    from opensuction.evidence.crew import WorkerLostError
     from opensuction.evidence.trial import trial, trial_log
+    from opensuction.evidence.worker_pool import WorkerLostError
 
     try:
         listener = trial.Listener(teller.tell, teller.warn)

@@ -13,7 +13,7 @@ from opensuction.accounts.session import Session
 from opensuction.console.access import Holder
 from opensuction.console.guard.problem import Problem
 from opensuction.console.history import recording_file, trend
-from opensuction.console.history.desk import Desk
+from opensuction.console.history.job_queue import JobQueue
 from opensuction.console.history.recording_file import RecordingFile
 from opensuction.console.history.trend import Day
 from opensuction.console.history.verification import Verification
@@ -50,7 +50,7 @@ class Archive:
     def __init__(self, site: Site) -> None:
         self.site = site
         self.history = site.records.history
-        self.desk = Desk(site.recordings)
+        self.desk = JobQueue(site.recordings)
         self.verification = Verification(site.records)
         self._lock = threading.Lock()
         self._taken: dict[tuple[str, str, int], float] = {}

@@ -23,7 +23,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.records.database import utc_time
-from opensuction.runtime.room import ASK, EVENTS
+from opensuction.runtime.paths import ASK, EVENTS
 
 PRESSED = "pressed"
 ANSWERS_S = 0.5

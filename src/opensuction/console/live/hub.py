@@ -19,7 +19,7 @@ from opensuction.exchange.heartbeat import FILE, Heartbeat
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.room import CONFIGURATION, RING
+from opensuction.runtime.paths import CONFIGURATION, RING
 
 FRESH_S = 0.02
 """A state that is no older is given again."""

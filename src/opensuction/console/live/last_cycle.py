@@ -4,13 +4,13 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from opensuction.console.live import why
+from opensuction.console.live import abort_reason
 from opensuction.console.live.hub import Hub
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import RESTING
 from opensuction.records.records import Records
-from opensuction.runtime.about import About
+from opensuction.runtime.machine_identity import About
 
 LOOKS_S = 0.5
 AGAIN = 20
@@ -66,7 +66,7 @@ class LastCycle:
             "number": one.number,
             "outcome": None if one.outcome is None else str(one.outcome),
             "detail": one.detail,
-            "why": why.say(one.detail),
+            "why": abort_reason.say(one.detail),
             "inside_at_end": one.inside_at_end,
             "requested_by": one.requested_by,
             "started_at": one.started_at.isoformat(),

@@ -16,7 +16,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.records.database import utc_time
 from opensuction.report import wording
-from opensuction.runtime.about import About
+from opensuction.runtime.machine_identity import About
 from opensuction.safety import tip_bound
 
 NOTICE = (

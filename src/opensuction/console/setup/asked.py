@@ -8,7 +8,7 @@ from opensuction.exchange.event_ring import EventReader
 from opensuction.exchange.mailbox import Sender
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import utc_time
-from opensuction.runtime.room import ASK, EVENTS
+from opensuction.runtime.paths import ASK, EVENTS
 
 ANSWERS_S = 2.0
 """Longest wait: other settings are taken up in some ticks."""

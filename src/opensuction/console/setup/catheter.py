@@ -13,7 +13,7 @@ from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.records import entry_check
-from opensuction.runtime import about
+from opensuction.runtime import machine_identity
 
 NEW_S = 5.0
 """A catheter that is younger has just been put in."""
@@ -57,7 +57,9 @@ def put(site: Site, who: Session, label: str, key: str) -> None:
             if time.monotonic() > ends_s:
                 raise Problem(409, "the controller did not take it: is it out of service?")
             time.sleep(0.01)
-        about.write(site.folder, told._replace(catheter=told.catheter._replace(label=label)))
+        machine_identity.write(
+            site.folder, told._replace(catheter=told.catheter._replace(label=label))
+        )
 
 
 def _check_label(site: Site, label: str) -> None:

@@ -24,9 +24,9 @@ from opensuction.procedure.planning import teaching_limit
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Action, SettingsFile
-from opensuction.runtime import about, control_process, room
-from opensuction.runtime.about import About
+from opensuction.runtime import control_process, machine_identity, paths
 from opensuction.runtime.loop import SET
+from opensuction.runtime.machine_identity import About
 from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
 from opensuction.simulation.teaching import VACUUM_MMHG
@@ -119,7 +119,7 @@ def carry_out(site: Site, change: Change) -> Basis:
     files += [folder / control_process.beside(name, key) for name in control_process.TOGETHER]
     try:
         private_file.write(files[0], configuration.to_json(chosen))
-        about.write(folder, _about(site, change), files[1].name)
+        machine_identity.write(folder, _about(site, change), files[1].name)
         bases.write(folder, following, files[2].name)
         verdict = asked.ask(folder, SET_PROTOCOL, change.who, key)
     except OSError as error:
@@ -136,7 +136,7 @@ def carry_out(site: Site, change: Change) -> Basis:
 
 def _present(folder: Path) -> Configuration:
     try:
-        text = (folder / room.CONFIGURATION).read_text(encoding="utf-8")
+        text = (folder / paths.CONFIGURATION).read_text(encoding="utf-8")
         return configuration.from_json(text)
     except (OSError, UnicodeDecodeError, InputError) as error:
         raise Problem(503, f"the settings in force cannot be read: {error}") from None

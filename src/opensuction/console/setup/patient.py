@@ -8,7 +8,7 @@ from opensuction.console.setup import bedside, change
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry_check
-from opensuction.runtime import about
+from opensuction.runtime import machine_identity
 from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
 
@@ -58,7 +58,7 @@ def put(site: Site, who: Session, wanted: dict[str, Any], version: int, key: str
             raise Problem(409, "nothing would be other than it is")
         detail = f"pseudonym {told.patient} -> {pseudonym}"
         change.record(site, who.account, "choose-patient", detail, key)
-        about.write(site.folder, told._replace(patient=pseudonym))
+        machine_identity.write(site.folder, told._replace(patient=pseudonym))
         bases.write(site.folder, found._replace(version=found.version + 1))
 
 

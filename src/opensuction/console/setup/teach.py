@@ -24,7 +24,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.teaching import PLAUSIBLE
 from opensuction.procedure.planning.guideline import GUIDELINES
-from opensuction.runtime import room
+from opensuction.runtime import paths
 from opensuction.session.running.basis import Basis
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from opensuction.twin.machine import hand
@@ -198,7 +198,7 @@ def _hold(site: Site, found: Basis, task: HandTask) -> None:
     if not site.about().machine.is_twin:
         raise Problem(409, "a person's own hand moves this machine")
     try:
-        text = (site.folder / room.CONFIGURATION).read_text(encoding="utf-8")
+        text = (site.folder / paths.CONFIGURATION).read_text(encoding="utf-8")
         park_mm = configuration.from_json(text).settings.parked.head_mm
         twin_faults.hold(site.folder, task, park_mm, -found.site.park_mm)
     except (InputError, OSError) as error:

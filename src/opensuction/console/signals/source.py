@@ -17,7 +17,7 @@ from opensuction.kernel.name import name_of
 from opensuction.kernel.record import Array
 from opensuction.runtime import row_event
 from opensuction.runtime.loop import CONFIGURED, ROW_COLUMNS
-from opensuction.runtime.room import CONFIGURATION, EVENTS, RING
+from opensuction.runtime.paths import CONFIGURATION, EVENTS, RING
 from opensuction.runtime.row_event import Seen
 from opensuction.safety.condition import Condition
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.control.compensation import KIND_OF_NAME
-from opensuction.evidence import crew
+from opensuction.evidence import worker_pool
 from opensuction.evidence.benchmark.benchmark_plant import PLANT_OF_NAME, PLANTS, Model, Twin
 from opensuction.evidence.benchmark.disturbance import DISTURBANCES, NOTHING
 from opensuction.evidence.benchmark.plant_run import CarryOut, Run, take
@@ -147,8 +147,10 @@ def run(
     # The first one here: whatever must be compiled is, once.
     answers = [play(tasks[0])]
     hear(0, None)
-    cores = crew.count_cores() if workers is None else workers
-    answers += crew.spread(play, tasks[1:], cores, lambda number, _: hear(number + 1, None), tell)
+    cores = worker_pool.count_cores() if workers is None else workers
+    answers += worker_pool.spread(
+        play, tasks[1:], cores, lambda number, _: hear(number + 1, None), tell
+    )
     results = []
     for first in range(0, len(tasks), count):
         group = answers[first : first + count]

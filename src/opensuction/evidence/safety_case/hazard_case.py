@@ -22,7 +22,7 @@ from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -119,7 +119,7 @@ def _healthy(approach: str, patient: str, seed: int) -> HealthyCycle:
 
 
 @lru_cache(maxsize=1)
-def _room() -> Room:
+def _room() -> RowBuffer:
     return injection.make_room(WATCHED_S, names=COLUMNS)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from opensuction import __version__
-from opensuction.evidence import crew
+from opensuction.evidence import worker_pool
 from opensuction.evidence.safety_case import harm_search, hazard_case
 from opensuction.evidence.safety_case.harm_search import (
     NOT_SEARCHED,
@@ -113,10 +113,10 @@ def run(
     # The first one here: what it compiles, the processes find in the cache.
     note(0, hazard_case.run(cases[order[0]]))
     rest = [cases[i] for i in order[1:]]
-    crew.spread(
+    worker_pool.spread(
         hazard_case.run,
         rest,
-        crew.count_cores(),
+        worker_pool.count_cores(),
         lambda number, result: note(number + 1, result),
     )
     searches = _search(hazards, seeds, search_runs, tell_search)
@@ -144,7 +144,7 @@ def _search(
 
     if runs:
         tasks = [SearchTask(one, runs, seeds[:SEARCH_SEEDS]) for one in hazards]
-        crew.spread(harm_search.carry_out, tasks, crew.count_cores(), note)
+        worker_pool.spread(harm_search.carry_out, tasks, worker_pool.count_cores(), note)
     return found
 
 

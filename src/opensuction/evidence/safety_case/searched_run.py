@@ -18,7 +18,7 @@ from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import fault_allowance, invariant, run_judgement
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin.fault.fault_table import ROWS
 
 
@@ -82,7 +82,7 @@ class Sound(NamedTuple):
 
 
 @lru_cache(maxsize=1)
-def _room() -> Room:
+def _room() -> RowBuffer:
     return judged_cycle.make_room()
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from opensuction.evidence import healthy_cycle
 from opensuction.evidence.healthy_cycle import AIRWAY, HealthyCycle
-from opensuction.evidence.trial import aftermath, alarm_truth, sound_machine
+from opensuction.evidence.trial import alarm_classification, post_cycle_observation, sound_machine
 from opensuction.evidence.trial.draw import DrawnFault
 from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.kernel.phase import Phase
@@ -25,7 +25,7 @@ from opensuction.simulation.injection.fault_instant import FaultInstant, Injecti
 from opensuction.simulation.injection.faulty_run import FaultyRun, is_linked
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.invariant import Breach
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.simulation.injection.run_judgement import LeftInside, PatientAlone
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault import link
@@ -38,7 +38,7 @@ JUDGED = tuple(
             *invariant.JUDGED,
             *run_judgement.COLUMNS,
             *healthy_cycle.COLUMNS,
-            *alarm_truth.COLUMNS,
+            *alarm_classification.COLUMNS,
             REMOVED,
         )
     )
@@ -113,9 +113,9 @@ class Case(NamedTuple):
         return bool(self.commands or self.breaches or said)
 
 
-def make_room(names: Sequence[str] = JUDGED) -> Room:
+def make_room(names: Sequence[str] = JUDGED) -> RowBuffer:
     """Room for the longest cycle of a trial."""
-    return injection.make_room(aftermath.WATCHED_S, names=names)
+    return injection.make_room(post_cycle_observation.WATCHED_S, names=names)
 
 
 def place(drawn: Sequence[DrawnFault], healthy: HealthyCycle) -> tuple[Injection, ...]:
@@ -161,12 +161,14 @@ def _finish(
 ) -> Played:
     """Play a run to its end. whole: machine and patient together for the longest time."""
     machine = prepared.rig.machine
-    watched_s = aftermath.watch(going, machine, injections, whole)
-    alone = aftermath.follow_alone(going, machine, aftermath.WATCHED_S - watched_s)
+    watched_s = post_cycle_observation.watch(going, machine, injections, whole)
+    alone = post_cycle_observation.follow_alone(
+        going, machine, post_cycle_observation.WATCHED_S - watched_s
+    )
     return Played(injection.take(going, injections), watched_s, alone)
 
 
-def play_sound(prepared: Prepared, room: Room, whole: bool = False) -> Played:
+def play_sound(prepared: Prepared, room: RowBuffer, whole: bool = False) -> Played:
     """Play a cycle in which nothing is wrong. whole: as `_finish`."""
     going = FaultyRun(prepared.loop, prepared.start, (), room, seed=0)
     return _finish(prepared, going, (), whole)
@@ -176,7 +178,7 @@ def play_faulty(
     machine: SoundMachine,
     injections: Sequence[Injection],
     seed: int,
-    room: Room,
+    room: RowBuffer,
     whole: bool = False,
 ) -> Played:
     """Play a cycle with faults from the last mark before them.
@@ -250,8 +252,8 @@ def judge(number: int, prepared: Prepared, played: Played) -> Case:
     came = _list_came(prepared, run)
     from_s = min((one.at_s for one in came if not math.isnan(one.at_s)), default=math.inf)
     ticks = len(columns["time_s"]) if math.isinf(from_s) else max(round(from_s / DT_S), 1)
-    sound = {name: columns[name][:ticks] for name in alarm_truth.COLUMNS}
-    spoken = alarm_truth.listen(sound, settings.limits.patient)
+    sound = {name: columns[name][:ticks] for name in alarm_classification.COLUMNS}
+    spoken = alarm_classification.listen(sound, settings.limits.patient)
     choice = prepared.resolved.choice
     return Case(
         number=number,

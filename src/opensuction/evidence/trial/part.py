@@ -16,7 +16,7 @@ from opensuction.simulation.closed_loop import COLUMNS
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import InjectedRun
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin.fault.fault import Fault
 
 
@@ -39,7 +39,7 @@ class PlayedPart(NamedTuple):
 
 
 @lru_cache(maxsize=1)
-def _room() -> Room:
+def _room() -> RowBuffer:
     """Room of this process for one run after the other.
 
     What is loaded by then stays: the collector of garbage, which states handed over to compiled
@@ -106,14 +106,14 @@ Machine = Prepared | SoundMachine
 """Ready for its cycle; with its cycle without fault where there will be one with."""
 
 
-def _find_machine(trial: Trial, machine: int, room: Room) -> tuple[Machine, tuple[str, ...]]:
+def _find_machine(trial: Trial, machine: int, room: RowBuffer) -> tuple[Machine, tuple[str, ...]]:
     if not draw.FAULT_COUNTS[trial.faults]:
         return sound_machine.find(trial, machine, lambda prepared: prepared)
     return sound_machine.find(trial, machine, lambda one: sound_machine.play(one, room))
 
 
 def _play_one(
-    trial: Trial, number: int, machine: Machine, room: Room, whole: bool = False
+    trial: Trial, number: int, machine: Machine, room: RowBuffer, whole: bool = False
 ) -> PlayedCycle:
     if isinstance(machine, SoundMachine):
         prepared = machine.prepared

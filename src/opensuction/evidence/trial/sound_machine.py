@@ -23,7 +23,7 @@ from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import LIMIT_S
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 
 MARK_S = 0.5
 """Between two marks; to hand a state over costs as much as a few tenths of a second of play."""
@@ -37,7 +37,7 @@ class SoundMachine(NamedTuple):
     prepared: Prepared
     healthy: HealthyCycle
     rows: npt.NDArray[np.float64]
-    """Its columns, as `Room.copy` gives them."""
+    """Its columns, as `RowBuffer.copy` gives them."""
     marks: tuple[LoopState, ...]
     """Every `MARK_S`, the first one before the start."""
 
@@ -92,7 +92,7 @@ def find(
             return found, tuple(refused)
 
 
-def play(prepared: Prepared, room: Room) -> SoundMachine:
+def play(prepared: Prepared, room: RowBuffer) -> SoundMachine:
     """Play the cycle without fault. Raises InputError where the tip never comes inside."""
     going = FaultyRun(prepared.loop, prepared.start, (), room, seed=0)
     marks = [going.state]

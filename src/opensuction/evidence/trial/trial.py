@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from opensuction.evidence import crew
+from opensuction.evidence import worker_pool
 from opensuction.evidence.trial import part, trial_log
 from opensuction.evidence.trial.part import PlayedPart
 from opensuction.evidence.trial.trial_log import Heading
@@ -73,5 +73,5 @@ def run(
 
     part.warm_up(todo[0])
     listener.tell(standing)
-    crew.spread(part.play, todo, workers, note, listener.warn)
+    worker_pool.spread(part.play, todo, workers, note, listener.warn)
     return list_found(parts)

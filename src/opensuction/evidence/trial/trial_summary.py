@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from opensuction.evidence.trial import aftermath, tally
+from opensuction.evidence.trial import post_cycle_observation, tally
 from opensuction.evidence.trial.draw import Trial
 from opensuction.evidence.trial.judged_cycle import Case
 from opensuction.evidence.trial.part import PlayedPart
@@ -166,8 +166,8 @@ def plain(heading: Heading, parts: Sequence[PlayedPart], effort: Effort) -> Json
             "endpoints": _endpoints(cases),
             "watched_s": {
                 "mean": sum(watched) / len(watched),
-                "whole": sum(one >= aftermath.WATCHED_S for one in watched),
-                "most": aftermath.WATCHED_S,
+                "whole": sum(one >= post_cycle_observation.WATCHED_S for one in watched),
+                "most": post_cycle_observation.WATCHED_S,
             },
             "workers": effort.workers,
             "wall_s": round(effort.wall_s, 1),

@@ -13,9 +13,9 @@ is its offset; without torque there are no volts, and the whole reading is offse
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.readings import is_number
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.limits import DriveLimits
 
 SETTLING_S = 0.03

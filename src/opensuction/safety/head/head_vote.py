@@ -11,10 +11,10 @@ late do that.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.duration import count
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.head import motor_speed
 from opensuction.safety.invalid_ticks import INVALID_TICKS, NEVER_TICKS
 from opensuction.safety.limits import DriveLimits

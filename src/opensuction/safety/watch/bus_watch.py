@@ -9,9 +9,9 @@ with a head that must move, repetition is detected with them, too.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.duration import count
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.tiny import drop_tiny
 
 STALE_TICKS = 50
 """For how long all sensors must repeat themselves to tell nothing of a head that should move: a

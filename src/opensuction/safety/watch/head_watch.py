@@ -2,9 +2,9 @@
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.duration import count
 from opensuction.kernel.readings import Readings
-from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety import tip_bound
 from opensuction.safety.head import advance_bound, drive_force, head_vote
 from opensuction.safety.head.head_vote import HeadVote

@@ -8,9 +8,9 @@ one can have it. A larger one stays in the reading, and the pre-use test refuses
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.tiny import drop_tiny
 
 FILTER_S = 0.02
 """Time constant of the filter: of white noise a sixth is left, of a loss 20 ms are [computed]."""

@@ -14,9 +14,9 @@ N were told, where it went on to .27; without contact the estimate came to .031 
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.duration import extend
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.head.drive_force import DriveForce
 
 SPEED_S = 0.1

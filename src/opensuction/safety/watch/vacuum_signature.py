@@ -21,9 +21,9 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.duration import add_up, extend
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
 

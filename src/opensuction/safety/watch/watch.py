@@ -7,10 +7,10 @@ import math
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.duration import count, extend
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety import invalid_ticks, tip_bound
 from opensuction.safety.head import drive_force, head_vote
 from opensuction.safety.head.advance_bound import AdvanceBound

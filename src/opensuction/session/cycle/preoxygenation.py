@@ -8,7 +8,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import OXYGEN_SKIPPED, OXYGENATED, Requests
-from opensuction.procedure.cycle import upkeep
+from opensuction.procedure.cycle import interlocks
 from opensuction.procedure.cycle.episode import PassRule
 from opensuction.procedure.cycle.preoxygenation import Preoxygenation
 from opensuction.session.plain import Json
@@ -50,7 +50,7 @@ def pass_idle_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState
     before = state.tick
     state = idle_time.pass_time(loop, state, duration_s)
     core = state.controller.core
-    kept = upkeep.pass_idle_time(core.upkeep, (state.tick - before) * DT_S)
+    kept = interlocks.pass_idle_time(core.upkeep, (state.tick - before) * DT_S)
     decided = state.controller._replace(core=core._replace(upkeep=kept))
     return state._replace(controller=decided)
 

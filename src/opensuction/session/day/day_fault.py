@@ -19,7 +19,7 @@ from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import InjectedRun
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin import preset
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -68,7 +68,7 @@ class FaultyDay:
 
     def __init__(self, prepared: Prepared, asked: DayChoice) -> None:
         self._faults = place_all(asked, prepared.resolved.faults)
-        self._room: Room = injection.make_room(AFTERMATH_S, RESETS)
+        self._room: RowBuffer = injection.make_room(AFTERMATH_S, RESETS)
         self._going: FaultyRun | None = None
         self._number = 0
         self._seed = prepared.rig.seed

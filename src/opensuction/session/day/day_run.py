@@ -1,10 +1,10 @@
 """A day of cycles on one patient: the controller's own clock starts them, secretions gather.
 
 Between cycles the machine is parked: the patient breathes on and the controller's clocks run, but
-its ticks are not played (`simulation.idle_time`). Before each cycle a person comes (`attendance`):
-gives oxygen where it is asked for, looks at the patient after as many passes as may follow each
-other, changes a catheter whose 24 h would end. With self-calibration each cycle shows how wide the
-gap is and where the tip lies, and the next cycle compensates that.
+its ticks are not played (`simulation.idle_time`). Before each cycle a person comes
+(`simulated_caregiver`): gives oxygen where it is asked for, looks at the patient after as many
+passes as may follow each other, changes a catheter whose 24 h would end. With self-calibration each
+cycle shows how wide the gap is and where the tip lies, and the next cycle compensates that.
 """
 
 from collections.abc import Callable
@@ -21,10 +21,10 @@ from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_run, preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import attendance, day_calibration, diary
-from opensuction.session.day.attendance import Attended
+from opensuction.session.day import day_calibration, diary, simulated_caregiver
 from opensuction.session.day.day_fault import FaultyDay
 from opensuction.session.day.diary import DaySamples, Sample
+from opensuction.session.day.simulated_caregiver import Attended
 from opensuction.session.plain import Json
 from opensuction.simulation import idle_time
 from opensuction.simulation.closed_loop import LoopState
@@ -112,7 +112,7 @@ def play(
     """
     prepared = _set_schedule(prepared, asked.every_s)
     # The day begins with the first cycle, for which somebody has just given oxygen.
-    attended = attendance.attend(prepared, prepared.start)
+    attended = simulated_caregiver.attend(prepared, prepared.start)
     state = attended.ready.start._replace(tick=0)
     began_ml = diary.sum_secretion_ml(state)
     samples: list[Sample] = []
@@ -168,8 +168,8 @@ def _await_person(
     prepared: Prepared, asked: DayChoice, state: LoopState, samples: list[Sample]
 ) -> Attended:
     """The machine parked until somebody comes before the next cycle, and what that person does."""
-    comes_s = asked.every_s - WAKE_S - attendance.lead_s(prepared)
-    return attendance.attend(prepared, _waited(prepared, state, comes_s, samples))
+    comes_s = asked.every_s - WAKE_S - simulated_caregiver.lead_s(prepared)
+    return simulated_caregiver.attend(prepared, _waited(prepared, state, comes_s, samples))
 
 
 def _play_cycle(

@@ -10,7 +10,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.records.database import utc_time
-from opensuction.runtime import room
+from opensuction.runtime import paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.plain import Json
 from opensuction.settings.choice import choose
@@ -34,12 +34,12 @@ def ask(name: str, request: str, who: str) -> Json:
     """
     buttons = {button.replace("_", "-"): button for button in Requests._fields}
     button = choose(request.replace("_", "-"), buttons, "request")
-    folder, key = room.find(name), uuid4().hex
-    if not (folder / room.EVENTS).exists():
+    folder, key = paths.find(name), uuid4().hex
+    if not (folder / paths.EVENTS).exists():
         raise InputError(f"no machine '{name}' runs here: start one with opensuction serve")
-    events = EventReader(folder / room.EVENTS)
+    events = EventReader(folder / paths.EVENTS)
     events.read()
-    sender = Sender(folder / room.ASK, who)
+    sender = Sender(folder / paths.ASK, who)
     try:
         sender.ask(button, key, utc_time.now().isoformat())
     finally:
@@ -54,7 +54,7 @@ def ask(name: str, request: str, who: str) -> Json:
 
 
 def _plain(name: str, request: str, who: str, key: str, verdict: str) -> Json:
-    newest = RingReader(room.find(name) / room.RING).snapshot()
+    newest = RingReader(paths.find(name) / paths.RING).snapshot()
     phase = None
     if newest is not None:
         phase = Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")])).name.lower()

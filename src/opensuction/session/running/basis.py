@@ -22,7 +22,7 @@ from opensuction.kernel.name import name_of
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
-from opensuction.runtime.room import BASIS
+from opensuction.runtime.paths import BASIS
 from opensuction.session.choice import RigChoice
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.settings import calibration_section, lines_section

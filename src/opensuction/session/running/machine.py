@@ -15,7 +15,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import PLAYS
 from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.sole import end_holder, holder
+from opensuction.exchange.process_lock import end_holder, holder
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
@@ -23,8 +23,8 @@ from opensuction.kernel.name import name_of
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.records.records import Records
-from opensuction.runtime import about, launch, room
-from opensuction.runtime.about import About
+from opensuction.runtime import launch, machine_identity, paths
+from opensuction.runtime.machine_identity import About
 from opensuction.session.cycle import preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.running import basis, predecessor
@@ -81,8 +81,8 @@ def check_records(database: str | None) -> str:
 
 def check_free(name: str) -> Path:
     """The folder of a machine that nobody looks after; raises InputError where somebody does."""
-    folder = room.make(name)
-    if (pid := holder(folder / room.SUPERVISES)) is not None:
+    folder = paths.make(name)
+    if (pid := holder(folder / paths.SUPERVISES)) is not None:
         raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
     return folder
 
@@ -100,16 +100,16 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
     if holder(folder / PLAYS) is not None:
         _check_same(name, folder, chosen)
-        return Running(name, folder, prepared, about.read(folder), None)
-    if holder(folder / room.CONTROLS) is not None:
+        return Running(name, folder, prepared, machine_identity.read(folder), None)
+    if holder(folder / paths.CONTROLS) is not None:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
     lost = None if anew else predecessor.find(folder)
     _clear(folder, lost)
     launch.configure(folder, prepared.loop)
     told = _about(name, prepared, database)
-    about.write(folder, told)
+    machine_identity.write(folder, told)
     basis.write(folder, basis.of(prepared))
-    private_file.write(folder / room.BEGUN_WITH, configuration.hash_of(chosen))
+    private_file.write(folder / paths.BEGUN_WITH, configuration.hash_of(chosen))
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin, lost)
@@ -117,15 +117,15 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
 
 def _clear(folder: Path, lost: Predecessor | None) -> None:
     """Empty the folder but for what the next machine must keep of one that was lost."""
-    room.clear(folder)
+    paths.clear(folder)
     if lost is not None:
         predecessor.hand_on(folder, lost)
 
 
 def _drop_console(folder: Path) -> None:
     """One that an earlier run has left ends, and nobody misses it: whoever wants one sets it up."""
-    end_holder(folder / room.CONSOLES, room.CONSOLE_ENDS_S, kills=True)
-    (folder / room.CONSOLE).unlink(missing_ok=True)
+    end_holder(folder / paths.CONSOLES, paths.CONSOLE_ENDS_S, kills=True)
+    (folder / paths.CONSOLE).unlink(missing_ok=True)
     Heartbeat(folder).end(Process.CONSOLE)
 
 
@@ -135,7 +135,7 @@ def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
     What people have set on it since stays as they set it.
     """
     try:
-        begun_with = (folder / room.BEGUN_WITH).read_text(encoding="ascii")
+        begun_with = (folder / paths.BEGUN_WITH).read_text(encoding="ascii")
     except (OSError, UnicodeDecodeError):
         begun_with = ""
     if begun_with != configuration.hash_of(chosen):
@@ -192,9 +192,9 @@ def end(folder: Path) -> None:
     Raises InputError where it does not end.
     """
     for lock, seconds in (
-        (room.CONTROLS, COMES_OUT_S),
-        (room.CONSOLES, room.CONSOLE_ENDS_S),
-        (room.RECORDS, ENDS_S),
+        (paths.CONTROLS, COMES_OUT_S),
+        (paths.CONSOLES, paths.CONSOLE_ENDS_S),
+        (paths.RECORDS, ENDS_S),
         (PLAYS, ENDS_S),
     ):
-        end_holder(folder / lock, seconds, kills=lock == room.CONSOLES)
+        end_holder(folder / lock, seconds, kills=lock == paths.CONSOLES)

@@ -12,14 +12,14 @@ import numpy as np
 
 from opensuction.controller import configuration
 from opensuction.devices.twin_process import PLAYS
+from opensuction.exchange.process_lock import holder
 from opensuction.exchange.ring import RingReader
-from opensuction.exchange.sole import holder
 from opensuction.kernel.compiled import as_python
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.procedure.cycle import episode
-from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
-from opensuction.runtime import control_process, room
+from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
+from opensuction.runtime import control_process, paths
 from opensuction.runtime.control_process import Before
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.safety import tip_bound
@@ -74,7 +74,7 @@ def find(folder: Path) -> Predecessor | None:
     if before is None:
         return None
     try:
-        row = RingReader(folder / room.RING).drain().rows[-1]
+        row = RingReader(folder / paths.RING).drain().rows[-1]
     except (InputError, OSError):  # only what was handed on is left of it
         return Predecessor(before, before.phase not in RESTING)
     if holder(folder / PLAYS) is not None and row[VALID].any():
@@ -85,7 +85,7 @@ def find(folder: Path) -> Predecessor | None:
 def _was_inside(folder: Path, row: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> bool:
     """Whether the tip may have been in the airway; what nobody knows may be."""
     try:
-        text = (folder / room.CONFIGURATION).read_text(encoding="utf-8")
+        text = (folder / paths.CONFIGURATION).read_text(encoding="utf-8")
         limits = configuration.from_json(text).settings.limits
     except (InputError, OSError, UnicodeDecodeError):
         return True

@@ -14,12 +14,12 @@ from opensuction.records.database import utc_time
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle
 from opensuction.records.records import Records
-from opensuction.runtime import launch, room
+from opensuction.runtime import launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import LOOKS_S, Notice, Supervisor
 from opensuction.session.plain import Json
+from opensuction.session.running.cycle_scheduler import CycleScheduler, Doing
 from opensuction.session.running.machine import Running
-from opensuction.session.running.rounds import Doing, Rounds
 
 LISTED = 1000
 """Cycles and alarms of a run that are told, at most."""
@@ -50,7 +50,7 @@ class Tally:
     """How the control loop has kept time, from every row of it."""
 
     def __init__(self, folder: Path) -> None:
-        self._ring = FollowedRing(folder / room.RING, lambda columns: columns == ROW_COLUMNS)
+        self._ring = FollowedRing(folder / paths.RING, lambda columns: columns == ROW_COLUMNS)
         self.ticks = self.missed = 0
         self._most_s = 0.0
         self._counts = np.zeros(COUNTED, np.int64)
@@ -103,7 +103,7 @@ class Watch(NamedTuple):
 
 
 def supervise(
-    running: Running, supervisor: Supervisor, rounds: Rounds | None, watch: Watch
+    running: Running, supervisor: Supervisor, rounds: CycleScheduler | None, watch: Watch
 ) -> Done:
     """Look after the machine until its rounds are done; without any, until ``pause`` raises.
 
@@ -139,7 +139,7 @@ def supervise(
 
 def plain(running: Running, done: Done, out: Path, database: str | None) -> Json:
     """What a run has done."""
-    told = EventReader(running.folder / room.EVENTS).read()[0]
+    told = EventReader(running.folder / paths.EVENTS).read()[0]
     began = next((one.fields for one in told if one.fields["kind"] == "began"), {})
     serial = running.about.machine.serial
     with Records.open(database) as records:

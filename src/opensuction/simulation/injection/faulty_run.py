@@ -16,7 +16,7 @@ from opensuction.simulation import closed_loop, input_log, wiring
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.injection.faulty_side import FaultySide, Instant
-from opensuction.simulation.injection.room import PIECE_ROWS, Room
+from opensuction.simulation.injection.row_buffer import PIECE_ROWS, RowBuffer
 from opensuction.simulation.input_log import InputLog, InputSpan
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Messages, Wiring
@@ -47,7 +47,7 @@ class FaultyRun:
         loop: Loop,
         start: LoopState,
         injections: Sequence[Injection],
-        room: Room,
+        room: RowBuffer,
         seed: int,
     ) -> None:
         self.state = start

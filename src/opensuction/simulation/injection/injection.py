@@ -23,7 +23,7 @@ from opensuction.simulation.injection.first_sign import (
     find_lines,
     find_notice,
 )
-from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.simulation.input_log import InputSpan
 from opensuction.simulation.trace import Columns, Watcher
 from opensuction.twin.fault.fault_table import ROWS
@@ -120,7 +120,7 @@ def run(
     resets: int = 0,
     seed: int = 0,
     watcher: Watcher = UNWATCHED,
-    room: Room | None = None,
+    room: RowBuffer | None = None,
 ) -> InjectedRun:
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
@@ -168,9 +168,9 @@ def take(going: FaultyRun, injections: Sequence[Injection]) -> InjectedRun:
 
 def make_room(
     after_s: float = AFTERMATH_S, resets: int = 0, names: Sequence[str] = COLUMNS
-) -> Room:
+) -> RowBuffer:
     """Room for the longest run; names: columns that are wanted, `SIGNS` among them."""
-    return Room((1 + resets) * LIMIT_S + ALONE_S + after_s, names)
+    return RowBuffer((1 + resets) * LIMIT_S + ALONE_S + after_s, names)
 
 
 def _run_until_rest(going: FaultyRun, last: int, watcher: Watcher) -> None:

@@ -11,7 +11,7 @@ from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE, Harm
 from opensuction.simulation import annunciation
 from opensuction.simulation.annunciation import Told
-from opensuction.simulation.injection import fault_allowance, left_inside
+from opensuction.simulation.injection import catheter_retention, fault_allowance
 from opensuction.simulation.injection.injection import Injected
 from opensuction.simulation.trace import Columns
 from opensuction.twin.machine.machine import Machine
@@ -85,9 +85,9 @@ class Judgement(NamedTuple):
 def _judge_left_inside(
     machine: Machine, told: Sequence[Told], came: Sequence[Injected], within_s: float
 ) -> LeftInside:
-    why = left_inside.find_unavoidable(machine, [one.injection for one in came])
+    why = catheter_retention.find_unavoidable(machine, [one.injection for one in came])
     from_s = min((one.at_s for one in came), default=0.0)
-    after_s = left_inside.told_s(told, from_s) - from_s
+    after_s = catheter_retention.told_s(told, from_s) - from_s
     return LeftInside(
         unavoidable="" if why is None else why.reason,
         person="Draw the catheter out by hand." if why is None else why.person,

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.record import Array
-from opensuction.kernel.tiny import drop_tiny
 
 VELOCITY_MM_PER_S = 3.0
 """Speed of the catheter at which half of the amplitude is drawn; assumed."""

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.tiny import drop_tiny
+from opensuction.kernel.denormals import drop_tiny
 
 
 class SuctionLine(NamedTuple):

@@ -8,7 +8,7 @@ hypoxia, drugs and arrhythmia are left out: what counts here is how low it can g
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.tiny import drop_tiny
+from opensuction.kernel.denormals import drop_tiny
 
 TRACHEAL_STIMULUS = 0.5
 """Of a catheter beyond the tube, against the strongest stimulus (1); assumed."""

@@ -8,7 +8,7 @@ out through the airway; none is lost from the books.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.tiny import drop_tiny
+from opensuction.kernel.denormals import drop_tiny
 
 SEALED = 0.5
 """Share of the residual volume at which collapsed airways let nothing pass; assumed."""

@@ -8,7 +8,7 @@ lung volume, saturation and heart rate.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.tiny import drop_tiny
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.twin.airway import tube
 from opensuction.twin.airway.tube import Tube
 from opensuction.twin.behaviour.behaviour import Behaviour

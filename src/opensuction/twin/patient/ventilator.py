@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.tiny import drop_tiny
+from opensuction.kernel.denormals import drop_tiny
 
 ROOM_OXYGEN_RATIO = 0.21
 """Oxygen in the room's air."""

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.random_stream import RandomStream
-from opensuction.kernel.tiny import drop_tiny
 
 DRIFT_S = 300.0
 """Time over which an offset wanders, as the parts warm up and cool down; assumed."""

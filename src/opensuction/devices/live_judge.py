@@ -1,0 +1,144 @@
+"""A judge of a machine that runs: by the twin's truth alone, whatever becomes of its controllers.
+
+It follows the ring that the twin writes, which holds 20 s, and is to look more often than that. It
+knows nothing of a controller, a recorder or a supervisor: of what people were told it takes what
+the annunciator at the bedside has shown.
+"""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.devices.twin_process import BEGUN, SHOWN
+from opensuction.exchange.ring import RingReader
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.generated import plain_row
+from opensuction.kernel.record import Array
+from opensuction.oracle import exposure, long_run
+from opensuction.oracle.harm import Harm
+from opensuction.oracle.long_run import Judged, LongRun
+from opensuction.safety.condition import Condition
+from opensuction.simulation import annunciation
+from opensuction.simulation.annunciation import Told
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
+
+_TICK = SHOWN_COLUMNS.index("tick")
+_NAMES = (*(name for name in exposure.COLUMNS if name != "time_s"), *annunciation.COLUMNS)
+_PLACES = [SHOWN_COLUMNS.index(name) for name in _NAMES]
+
+
+class Verdict(NamedTuple):
+    """What it has come to. Times are those of the twin, from its own begin."""
+
+    harm: tuple[Harm, ...]
+    """Every bound that was broken in any of the runs, with the worst that it came to."""
+    inside_at_end: bool
+    """The tip, or a piece of the catheter, is in the airway now."""
+    end_mm: float
+    """Where the tip is now."""
+    last_inside_s: float
+    """When the tip was last in the airway; nan for never."""
+    now_s: float
+    """The last tick that was seen."""
+    told: tuple[Told, ...]
+    """What people were told, when, and by whom: what was not shown before."""
+    showing: tuple[Condition, ...]
+    """What they are told now, since whenever."""
+    runs: tuple[Judged, ...]
+    """From one rest to the next; see `long_run`."""
+    missed_ticks: int
+    """Ticks that the twin played and nobody saw: what was so in them is not judged."""
+
+    def told_since(self, from_s: float) -> tuple[Told, ...]:
+        """What people were told from an instant on."""
+        return tuple(one for one in self.told if one.at_s >= from_s)
+
+
+def read_machine(folder: Path) -> MachineSide:
+    """What the twin of a folder was begun with. Raises InputError where there is none."""
+    try:
+        with np.load(folder / BEGUN) as begun:
+            return plain_row.unpack(MachineSide, begun["side"])
+    except (OSError, EOFError, ValueError, KeyError) as error:
+        raise InputError(f"no machine to judge in {folder / BEGUN}: {error}") from None
+
+
+class LiveJudge:
+    """Follows a machine from its first tick that is still to be seen."""
+
+    def __init__(self, folder: Path, cap_mm: float) -> None:
+        """folder: in which a twin plays. cap_mm: deepest tip position that is planned.
+
+        Raises InputError where none plays.
+        """
+        self._ring = RingReader(folder / SHOWN)
+        if self._ring.facts.columns != SHOWN_COLUMNS:
+            raise InputError(f"{folder / SHOWN} is of another version of the twin")
+        if self._ring.newest() >= self._ring.facts.slots // 2:
+            self._ring.next = self._ring.newest()
+        self._run = LongRun(read_machine(folder).machine, cap_mm)
+        self._told: list[Told] = []
+        self._shown: dict[str, Array] = {}
+        """What the annunciator showed in the last tick that was seen."""
+        self._end_mm, self._piece_mm = math.nan, 0.0
+        self.now_s = math.nan
+        """The last tick that was seen."""
+        self.missed_ticks = 0
+
+    def look(self) -> int:
+        """Take what has come since the last call; how many ticks."""
+        found = self._ring.read()
+        self.missed_ticks += found.missed
+        if not len(found.rows):
+            return 0
+        seen = dict(zip(_NAMES, np.ascontiguousarray(found.rows[:, _PLACES].T), strict=True))
+        seen["time_s"] = found.rows[:, _TICK] * DT_S
+        self._run.add(seen)
+        self._hear(seen)
+        self.now_s = float(seen["time_s"][-1])
+        self._end_mm = float(seen["truth.tip_mm"][-1])
+        self._piece_mm = float(seen["truth.piece_mm"][-1])
+        return len(found.rows)
+
+    def begin(self) -> None:
+        """What comes from now on is judged apart: a person has the patient recovered.
+
+        A rest does so by itself; see `long_run`.
+        """
+        self.look()
+        self._run.begin()
+
+    def verdict(self) -> Verdict:
+        """What it has come to by now.
+
+        Raises InputError where nothing was seen, ValueError for a truth that is no number.
+        """
+        self.look()
+        runs, last_s = self._run.runs, self._run.last_inside_s
+        if math.isnan(self.now_s):
+            raise InputError("the twin has not played a tick: there is nothing to judge")
+        return Verdict(
+            harm=long_run.worst(runs),
+            inside_at_end=last_s == self.now_s or self._piece_mm > 0.0,
+            end_mm=self._end_mm,
+            last_inside_s=last_s if math.isfinite(last_s) else math.nan,
+            now_s=self.now_s,
+            told=tuple(self._told),
+            showing=annunciation.showing(self._shown),
+            runs=runs,
+            missed_ticks=self.missed_ticks,
+        )
+
+    def _hear(self, seen: dict[str, Array]) -> None:
+        """What people have been told meanwhile."""
+        columns = {name: seen[name] for name in ("time_s", *annunciation.COLUMNS)}
+        joined = columns
+        if self._shown:
+            joined = {name: np.concatenate((self._shown[name], columns[name])) for name in columns}
+        told = annunciation.told(joined)
+        known = bool(self._shown)
+        self._told += [one for one in told if not known or one.at_s > self.now_s]
+        self._shown = {name: column[-1:].copy() for name, column in columns.items()}

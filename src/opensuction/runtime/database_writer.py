@@ -1,0 +1,246 @@
+"""Puts entries on record, in a thread of its own: a database may be slow, or away for a while.
+
+What could not be stored is tried again, in order, until it is. Whoever hands entries over sees how
+far they are stored, and keeps what comes after.
+"""
+
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import NamedTuple
+
+from opensuction import __version__
+from opensuction.kernel.errors import InputError
+from opensuction.records.database.failure import RecordsError
+from opensuction.records.entry import Alarm, CycleEnd, CycleStart, Machine, Outcome
+from opensuction.records.records import Records
+from opensuction.runtime import flushed
+from opensuction.runtime.flushed import Flushed
+from opensuction.runtime.journal import SUPERVISOR, Begun, Entry
+from opensuction.runtime.machine_identity import About
+
+AGAIN_S = 1.0
+"""Between two tries."""
+UNSEEN = CycleEnd(Outcome.INTERRUPTED, "nobody recorded how it ended")
+
+Task = Callable[[Records], None]
+
+
+class Context(NamedTuple):
+    """What goes with an entry."""
+
+    about: About
+    settings_hash: str
+
+
+class DatabaseWriter:
+    """Stores entries in their order."""
+
+    def __init__(self, database: str | None) -> None:
+        """database: see `Records.open_for_machine`; None: the default one."""
+        self._database = database
+        self._records: Records | None = None
+        self._cycle: str | None = None
+        """The machine's cycle that has not ended."""
+        self._tasks: deque[Task] = deque()
+        self._is_there, self._is_wanted = threading.Condition(), True
+        self.stored = 0
+        """Rows up to this one are on record, of the controller that is followed."""
+        self._followed = 0
+        """How many were followed before it."""
+        self._caught_up = 0
+        """All is on record of those before this one."""
+        self.lost = ""
+        """Why entries are not stored; empty where they are."""
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def put(self, entry: Entry, context: Context) -> None:
+        """Store an entry some time soon."""
+        self._hand(lambda records: self._store(records, entry, context))
+
+    def bind(self, names: Iterable[str], notes: Flushed, machine: Machine) -> None:
+        """Put on record what these recordings hold, by their notes, and drop the notes."""
+        for name in names:
+            self._hand(partial(_bind, name=name, notes=notes, machine=machine))
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether everything is stored that was handed over."""
+        return not self._tasks
+
+    def follow(self, row: int) -> None:
+        """Another controller is followed from now on; what it did until this row is on record."""
+        self._followed += 1
+        self.stored = row
+        followed = self._followed
+        self._hand(lambda _: self._caught_up_with(followed))
+
+    @property
+    def has_caught_up(self) -> bool:
+        """Whether all is on record of the controllers before the one that is followed."""
+        return self._caught_up == self._followed
+
+    def _caught_up_with(self, followed: int) -> None:
+        self._caught_up = followed
+
+    def reach(self, row: int) -> None:
+        """Everything until this row has been handed over."""
+        followed = self._followed
+        if self._tasks:
+            self._hand(lambda _: self._reached(followed, row))
+        else:
+            self.stored = row
+
+    def _reached(self, followed: int, row: int) -> None:
+        """Everything until this row is on record; of a controller before nobody asks any more."""
+        if followed == self._followed:
+            self.stored = row
+
+    def adopt(
+        self,
+        machine: str,
+        recording: str | None,
+        comes: Callable[[str | None], bool],
+        unseen: tuple[Entry, Context] | None = None,
+    ) -> None:
+        """Take up the machine's cycle that has no end.
+
+        recording: of the cycle that goes on. comes: whether a recording is of one whose beginning
+        will be handed over again, for a recorder that died had stored it and not yet said so. Any
+        other is ended: nobody saw how. unseen: the beginning of the one that goes on, where nobody
+        may have put it on record.
+        """
+
+        def take_up(records: Records) -> None:
+            self._adopt(records, machine, recording, comes)
+            if self._cycle is None and unseen is not None:
+                self._store(records, *unseen)
+
+        self._hand(take_up)
+
+    def close(self, patience_s: float) -> bool:
+        """Store what is left; whether it could be within this time."""
+        with self._is_there:
+            self._is_wanted = False
+            self._is_there.notify()
+        self._thread.join(patience_s)
+        return not self._tasks
+
+    def _hand(self, task: Task) -> None:
+        with self._is_there:
+            self._tasks.append(task)
+            self._is_there.notify()
+
+    def _work(self) -> None:
+        while True:
+            with self._is_there:
+                while not self._tasks and self._is_wanted:
+                    self._is_there.wait()
+                if not self._tasks:
+                    break
+                task = self._tasks[0]
+            if self._try(task):
+                self._tasks.popleft()
+                self.lost = ""
+            else:
+                with self._is_there:
+                    self._is_there.wait(AGAIN_S)
+        if self._records is not None:
+            self._records.close()
+
+    def _try(self, task: Task) -> bool:
+        """Whether nothing is left to do of a task."""
+        try:
+            if self._records is None:
+                self._records = Records.open_for_machine(self._database)
+            task(self._records)
+        except RecordsError as error:
+            self.lost = str(error)
+            return False
+        except InputError as error:
+            # What the records do not take today they will not take tomorrow.
+            sys.stderr.write(f"opensuction: not put on record: {error}\n")
+        except Exception as error:
+            self.lost = f"{type(error).__name__}: {error}"
+            sys.stderr.write(f"opensuction: not put on record: {self.lost}\n")
+            time.sleep(AGAIN_S)
+        return True
+
+    def _store(self, records: Records, entry: Entry, context: Context) -> None:
+        what, key, at = entry.what, entry.key, entry.at
+        machine = context.about.machine
+        if isinstance(what, Begun):
+            self._cycle = records.begin_cycle(_start_of(what, context), key, at)
+        elif isinstance(what, CycleEnd):
+            if self._cycle is not None:
+                self._end(records, self._cycle, entry)
+        elif isinstance(what, Alarm):
+            records.add_alarm(machine, what, self._cycle, key, at)
+        else:
+            records.note_machine(machine)
+            # What a supervisor did is said again by a recorder that begins anew, maybe later.
+            cycle = None if what.done_by == SUPERVISOR else self._cycle
+            own = what._replace(machine=machine.serial, cycle_id=cycle)
+            records.act(own, key, at)
+
+    def _end(self, records: Records, cycle: str, entry: Entry) -> None:
+        """End a cycle; one that has ended already is the machine's no longer, either."""
+        assert isinstance(entry.what, CycleEnd)
+        try:
+            records.end_cycle(cycle, entry.what, entry.key, entry.at)
+        except RecordsError:
+            raise
+        except InputError:
+            self._cycle = None
+            raise
+        self._cycle = None
+
+    def _adopt(
+        self,
+        records: Records,
+        machine: str,
+        recording: str | None,
+        comes: Callable[[str | None], bool],
+    ) -> None:
+        """See `adopt`."""
+        for one in records.unfinished_cycles():
+            if one.machine != machine or comes(one.recording):
+                continue
+            if recording is not None and one.recording == recording:
+                self._cycle = one.id
+            else:
+                records.end_cycle(one.id, UNSEEN)
+
+
+def _bind(records: Records, name: str, notes: Flushed, machine: Machine) -> None:
+    note = notes.left().get(name)
+    if note is None:
+        return
+    try:
+        records.bind_recording(machine, flushed.bind(name, note))
+    except RecordsError:
+        raise  # it is tried again
+    except InputError:
+        notes.drop(name)
+        raise
+    notes.drop(name)
+
+
+def _start_of(begun: Begun, context: Context) -> CycleStart:
+    about = context.about
+    return CycleStart(
+        machine=about.machine,
+        catheter=about.catheter,
+        protocol=about.protocol,
+        approach=about.approach,
+        requested_by=begun.who,
+        software=f"opensuction {__version__}",
+        patient=about.patient,
+        parameter_file=about.parameter_file,
+        settings_sha256=context.settings_hash,
+        recording=begun.recording,
+    )

@@ -1,0 +1,75 @@
+"""Work spread over processes: answered in order, ended with whoever asked."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from opensuction.evidence import worker_pool
+
+WAITS = "print('working', flush=True) or __import__('threading').Event().wait()"
+
+
+def test_answers_come_in_the_order_of_the_tasks() -> None:
+    heard: dict[int, object] = {}
+    tasks = ["6 * 7", "len('catheter')", "2 ** 10", "sum(range(5))"]
+    answers = worker_pool.spread(eval, tasks, 2, heard.__setitem__)
+    assert answers == [42, 8, 1024, 10]
+    assert [heard[number] for number in sorted(heard)] == answers
+
+
+def test_no_tasks_have_no_answers() -> None:
+    assert worker_pool.spread(eval, [], 2) == []
+
+
+def test_what_a_task_raises_is_raised_here() -> None:
+    with pytest.raises(ZeroDivisionError):
+        worker_pool.spread(eval, ["1 // 0", "1"], 1)
+
+
+DIES = "__import__('os').kill(__import__('os').getpid(), 9)"
+
+
+def test_a_task_over_which_a_process_died_is_done_by_another(tmp_path: Path) -> None:
+    mark = f"__import__('pathlib').Path({str(tmp_path / 'mark')!r})"
+    warned: list[str] = []
+    # The first one dies unless the second, which leaves a mark, was done before.
+    tasks = [f"7 if {mark}.exists() else {DIES}", f"{mark}.touch() or 5", "1 + 1"]
+    assert worker_pool.spread(eval, tasks, 1, warn=warned.append) == [7, 5, 2]
+    assert warned == ["A process was killed by signal 9: another one does its task anew"]
+
+
+def test_a_task_that_kills_every_process_ends_the_work() -> None:
+    warned: list[str] = []
+    with pytest.raises(worker_pool.WorkerLostError, match="3 processes died over the same task"):
+        worker_pool.spread(eval, [DIES], 2, warn=warned.append)
+    assert len(warned) == 2
+
+
+def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
+    program = f"from opensuction.evidence import crew; crew.spread(eval, [{WAITS!r}] * 2, 2)"
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert [process.stderr.readline() for _ in range(2)] == ["working\n"] * 2
+        process.kill()
+        assert process.stderr.read() == ""  # ends when both of its processes have gone
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system binds to no cores")
+def test_a_process_that_is_bound_to_a_core_counts_that_one() -> None:
+    program = (
+        "import os; from opensuction.evidence import crew; "
+        "os.sched_setaffinity(0, {min(os.sched_getaffinity(0))}); print(crew.count_cores())"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert done.stdout.split() == [b"1"]
+
+
+def test_a_system_that_binds_to_no_cores_counts_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 6)
+    assert worker_pool.count_cores() == 6

@@ -1,0 +1,152 @@
+"""Records after a recorder that died between storing an entry and noting that it is stored."""
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from opensuction.records.entry import Action, CycleEnd, Outcome
+from opensuction.records.history import PastCycle
+from opensuction.records.records import Records
+from opensuction.runtime import recorder
+from opensuction.runtime.database_writer import Context, DatabaseWriter
+from opensuction.runtime.journal import Begun, Entry
+from tests.runtime.identity import ABOUT
+
+RUN = "20261123T120000-0123abcd"
+SERIAL = ABOUT.machine.serial
+CONTEXT = Context(ABOUT, "ab" * 32)
+BEGAN = datetime(2026, 11, 23, 12, tzinfo=UTC)
+
+
+def begun(tick: int) -> Entry:
+    what = Begun("nurse", recorder.name_of(RUN, tick))
+    return Entry(f"{RUN}-{tick}-begin", BEGAN + timedelta(milliseconds=tick), what)
+
+
+def ended(tick: int) -> Entry:
+    what = CycleEnd(Outcome.COMPLETED, inside_at_end=False)
+    return Entry(f"{RUN}-{tick}-end", BEGAN + timedelta(milliseconds=tick), what)
+
+
+def stored(database: Path, work: Callable[[DatabaseWriter], None]) -> list[PastCycle]:
+    """What a clerk leaves, oldest first."""
+    clerk = DatabaseWriter(str(database))
+    work(clerk)
+    assert clerk.close(20.0), clerk.lost
+    with Records.open(str(database)) as records:
+        assert records.audit().broken is None
+        return list(reversed(records.history.list_cycles(SERIAL)))
+
+
+def test_a_cycle_that_was_stored_and_comes_again_is_one_cycle_with_its_own_end(
+    tmp_path: Path,
+) -> None:
+    """Killed before it noted how far it was: the next one hands over the beginning once more."""
+    database = tmp_path / "records.db"
+    stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
+
+    def go_on(clerk: DatabaseWriter) -> None:
+        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 400))
+        clerk.put(begun(500), CONTEXT)
+        clerk.put(ended(9000), CONTEXT)
+        clerk.put(begun(12_000), CONTEXT)
+        clerk.put(ended(20_000), CONTEXT)
+
+    cycles = stored(database, go_on)
+    assert [one.recording for one in cycles] == [
+        recorder.name_of(RUN, 500),
+        recorder.name_of(RUN, 12_000),
+    ]
+    assert [one.outcome for one in cycles] == [Outcome.COMPLETED] * 2
+
+
+def test_one_of_which_nothing_comes_any_more_is_ended_as_not_seen(tmp_path: Path) -> None:
+    database = tmp_path / "records.db"
+    stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
+
+    def go_on(clerk: DatabaseWriter) -> None:
+        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 500))
+        clerk.put(begun(12_000), CONTEXT)
+        clerk.put(ended(20_000), CONTEXT)
+
+    first, second = stored(database, go_on)
+    assert first.outcome == Outcome.INTERRUPTED
+    assert first.detail == "nobody recorded how it ended"
+    assert second.outcome == Outcome.COMPLETED
+
+
+def test_an_end_that_is_refused_holds_nothing_of_the_next_cycle_up(tmp_path: Path) -> None:
+    """Somebody has ended it meanwhile: what people do afterwards is not put down to it."""
+    database = tmp_path / "records.db"
+
+    def work(clerk: DatabaseWriter) -> None:
+        clerk.put(begun(500), CONTEXT)
+        clerk.put(ended(9000), CONTEXT)
+        clerk.adopt(SERIAL, None, lambda _: False)
+        clerk.put(begun(500), CONTEXT)  # again: the one that has ended
+        clerk.put(ended(9001), CONTEXT)  # refused
+        act = Action("nurse", "assessed", "pressed")
+        clerk.put(Entry("act", BEGAN, act), CONTEXT)
+
+    (cycle,) = stored(database, work)
+    assert cycle.outcome == Outcome.COMPLETED
+    with Records.open(str(database)) as records:
+        (act,) = records.history.list_actions(SERIAL)
+        assert act.cycle_id is None
+
+
+def test_records_that_take_no_cycle_are_missed_before_one_begins(tmp_path: Path) -> None:
+    database = str(tmp_path / "records.db")
+    with Records.open(database) as records, records.database.writing() as connection:
+        connection.exec_driver_sql(
+            "CREATE TRIGGER refused BEFORE INSERT ON cycle "
+            "BEGIN SELECT RAISE(ABORT, 'no more'); END"
+        )
+    clerk = DatabaseWriter(database)
+    clerk.adopt(SERIAL, None, lambda _: False)  # only reads
+    while not clerk.lost and not clerk.is_idle:
+        pass
+    assert "does not take the entry: no more" in clerk.lost
+    with Records.open(database) as records, records.database.writing() as connection:
+        connection.exec_driver_sql("DROP TRIGGER refused")
+    assert clerk.close(20.0), clerk.lost
+    assert clerk.lost == ""
+
+
+def test_whether_a_recording_is_of_a_cycle_to_come() -> None:
+    name = recorder.name_of(RUN, 500)
+    assert recorder.is_after(name, RUN, 499)
+    assert not recorder.is_after(name, RUN, 500)
+    assert not recorder.is_after(name, f"{RUN}0", 0)
+    assert not recorder.is_after(None, RUN, 0)
+    assert not recorder.is_after("somebody's.mcap", RUN, 0)
+
+
+def test_one_that_nobody_saw_begin_is_begun_late_and_one_that_was_seen_is_not_begun_twice(
+    tmp_path: Path,
+) -> None:
+    recording, unseen = recorder.name_of(RUN, 500), (begun(500), CONTEXT)
+
+    def go_on(clerk: DatabaseWriter) -> None:
+        clerk.adopt(SERIAL, recording, lambda _: False, unseen)
+        clerk.put(ended(9000), CONTEXT)
+
+    (late,) = stored(tmp_path / "late.db", go_on)
+    assert (late.recording, late.outcome) == (recording, Outcome.COMPLETED)
+
+    stored(tmp_path / "seen.db", lambda clerk: clerk.put(begun(400), CONTEXT))
+    recording = recorder.name_of(RUN, 400)
+    (seen,) = stored(tmp_path / "seen.db", go_on)
+    assert (seen.recording, seen.outcome) == (recording, Outcome.COMPLETED)
+
+
+def test_it_says_when_all_of_the_controllers_before_is_on_record(tmp_path: Path) -> None:
+    (tmp_path / "records.db").mkdir()  # no database can be there
+    clerk = DatabaseWriter(str(tmp_path / "records.db"))
+    clerk.follow(0)
+    clerk.put(begun(500), CONTEXT)
+    clerk.follow(0)
+    assert not clerk.has_caught_up
+    (tmp_path / "records.db").rmdir()
+    assert clerk.close(20.0), clerk.lost
+    assert clerk.has_caught_up

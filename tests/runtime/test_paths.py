@@ -1,0 +1,125 @@
+"""The folder of a machine where others were there first, or left something in its place."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from opensuction.kernel import private_file
+from opensuction.kernel.errors import InputError
+from opensuction.runtime import paths
+
+NAME = "ward-3"
+SOMEBODY = 65_534
+"""Number of another user."""
+
+
+@pytest.fixture
+def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where everybody may make folders."""
+    (tmp_path / "shm").mkdir()
+    monkeypatch.setattr(paths, "MEMORY", tmp_path / "shm")
+    return tmp_path / "shm"
+
+
+@pytest.fixture
+def usual(memory: Path) -> Path:
+    return memory / f"opensuction-{os.geteuid()}"
+
+
+def somebody_else_s(usual: Path) -> None:
+    if os.geteuid() != 0:
+        pytest.skip("only root can make a folder of another user")
+    usual.mkdir(0o700)
+    (usual / NAME).mkdir(0o700)
+    (usual / NAME / paths.EVENTS).write_text("theirs")
+    os.chown(usual / NAME, SOMEBODY, SOMEBODY)
+    os.chown(usual, SOMEBODY, SOMEBODY)
+
+
+def open_to_all(usual: Path) -> None:
+    (usual / NAME).mkdir(parents=True)
+    (usual / NAME / paths.EVENTS).write_text("theirs")
+    usual.chmod(0o777)
+
+
+def a_link(usual: Path) -> None:
+    theirs = usual.parent.parent / "theirs"
+    open_to_all(theirs)
+    theirs.chmod(0o700)
+    usual.symlink_to(theirs)
+
+
+@pytest.mark.parametrize("squat", [somebody_else_s, open_to_all, a_link])
+def test_a_folder_that_is_not_the_user_s_alone_is_passed_by(
+    usual: Path, squat: Callable[[Path], None]
+) -> None:
+    squat(usual)
+    assert paths.find(NAME).parent != usual, "nothing is read of it, either"
+    folder = paths.make(NAME)
+    assert folder.parent != usual
+    assert folder.parent.name.startswith(f"{usual.name}-")
+    assert private_file.is_own_folder(folder)
+    assert private_file.is_own_folder(folder.parent)
+    assert paths.passed_by(folder).startswith(f"{usual} is not this user's alone")
+    (folder / paths.EVENTS).touch()
+    paths.clear(folder)
+    assert (usual / NAME / paths.EVENTS).read_text() == "theirs"
+    # Every other command finds the same one, whatever is in its environment.
+    assert paths.find(NAME) == paths.make(NAME) == folder
+    assert paths.make("another").parent == folder.parent
+
+
+def test_a_machine_is_found_when_whoever_was_there_first_has_gone(usual: Path) -> None:
+    usual.touch()
+    folder = paths.make(NAME)
+    usual.unlink()
+    paths.make("before")
+    assert paths.find(NAME) == folder
+    usual.mkdir(0o700)
+    assert paths.find(NAME) == folder
+    assert paths.make("later").parent == usual
+
+
+def test_a_name_that_looks_like_the_user_s_own_is_not_trusted(memory: Path, usual: Path) -> None:
+    usual.touch()
+    open_to_all(memory / f"{usual.name}-0000000000000000")
+    folder = paths.make(NAME)
+    assert folder.parent.name != f"{usual.name}-0000000000000000"
+    assert paths.find(NAME) == folder
+
+
+def test_a_usual_folder_is_used_and_nothing_is_said(usual: Path) -> None:
+    folder = paths.make(NAME)
+    assert folder == usual / NAME
+    assert private_file.is_own_folder(usual)
+    assert paths.passed_by(folder) == ""
+
+
+@pytest.mark.parametrize("umask", [0o000, 0o077])
+def test_a_machine_s_folders_are_the_user_s_alone_whatever_the_umask(
+    usual: Path, umask: int
+) -> None:
+    before = os.umask(umask)
+    try:
+        paths.make(NAME)
+    finally:
+        os.umask(before)
+    assert private_file.is_own_folder(usual)
+    assert private_file.is_own_folder(usual / NAME)
+
+
+def test_a_link_under_a_machine_s_name_is_refused_and_where_it_leads_stays(
+    memory: Path, usual: Path
+) -> None:
+    theirs = memory / "theirs"
+    theirs.mkdir()
+    (theirs / "file").write_text("theirs")
+    usual.mkdir(0o700)
+    (usual / NAME).symlink_to(theirs)
+    with pytest.raises(InputError, match=r"ward-3 is a link, or not this user's alone: remove it"):
+        paths.make(NAME)
+    with pytest.raises(InputError, match="cannot be emptied"):
+        paths.clear(usual / NAME)
+    assert (theirs / "file").read_text() == "theirs"
