@@ -18,7 +18,7 @@ from benchmarks.timing import best_s, is_timed
 from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import Inputs
-from opensuction.kernel.generated import plain_row
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import START
 from opensuction.runtime.embedded_controller import Controller

@@ -49,7 +49,7 @@ FAULTS = (
     ),
     Fault(
         "a process that is silent is never missed",
-        "exchange/heartbeat.py",
+        "ipc/heartbeat.py",
         "return age_ns / NS_PER_S if last",
         "return 0.0 if last",
         f"{RUNTIME}/test_recorder_process.py"
@@ -65,26 +65,26 @@ FAULTS = (
     ),
     Fault(
         "the answer to a button never comes",
-        "exchange/mailbox.py",
+        "ipc/mailbox.py",
         "        answers.append(answer(asked, verdict))\n",
         "        return\n",
         "tests/console/test_server.py::test_a_body_that_does_not_come_is_not_waited_for",
     ),
     Fault(
         "the loop does not hear a stop",
-        "exchange/mailbox.py",
+        "ipc/mailbox.py",
         "dict.fromkeys(down, True)",
         "dict.fromkeys(down - {STOP}, True)",
         f"{BROWSER}/test_setup_page.py::test_stop_ends_teaching_at_any_step",
     ),
     Fault(
         "ticks that were missed are caught up",
-        "exchange/deadline_scheduler.py",
+        "ipc/deadline_scheduler.py",
         "            self.deadline_ns += missed * self.period_ns\n"
         "            self.skipped += missed\n"
         "            return missed\n",
         "            return 0\n",
-        "tests/exchange/test_deadline_scheduler.py::test_a_missed_tick_is_skipped_and_never_caught_up",
+        "tests/ipc/test_deadline_scheduler.py::test_a_missed_tick_is_skipped_and_never_caught_up",
     ),
     Fault(
         "a body is waited for for ever",

@@ -15,8 +15,8 @@ import pytest
 from opensuction.accounts.accounts import Accounts
 from opensuction.console import console_process
 from opensuction.devices.twin_process import PLAYS
-from opensuction.exchange.process_lock import holder
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.process_lock import holder
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.records.records import Records

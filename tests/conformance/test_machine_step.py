@@ -2,8 +2,8 @@ from collections.abc import Callable
 
 import pytest
 
+from opensuction.kernel.codegen import row
 from opensuction.kernel.commands import Commands
-from opensuction.kernel.generated import row
 from opensuction.twin import parameter, plant, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import Machine, Truth

@@ -19,8 +19,8 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.devices import twin_machine
 from opensuction.devices.ports import Port
 from opensuction.devices.twin_machine import TwinMachine
+from opensuction.kernel.codegen import row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import row
 from opensuction.kernel.readings import Readings
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs

@@ -13,8 +13,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import holder
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import holder
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.records.records import Records
 from opensuction.runtime import launch, supervised_process

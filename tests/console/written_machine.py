@@ -11,10 +11,10 @@ from typing import Self
 import numpy as np
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.mailbox import Mailbox, answer
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.mailbox import Mailbox, answer
+from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.transition import STAY
 from opensuction.runtime import launch, machine_identity

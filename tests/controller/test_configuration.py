@@ -15,8 +15,8 @@ from opensuction.controller.configuration import Configuration
 from opensuction.controller.machine_profile import BENCH
 from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
+from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row, row
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.procedure.planning.site import BENCH_SITE
 

@@ -13,9 +13,9 @@ from opensuction.controller.real_time_call import (
 )
 from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
+from opensuction.kernel.codegen.row import Row
 from opensuction.kernel.compiler.dispatcher import CoreFunction
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated.row import Row
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.planning.protocol import PAPER

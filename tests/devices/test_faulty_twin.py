@@ -11,10 +11,10 @@ import pytest
 from opensuction.devices import twin_faults, twin_machine
 from opensuction.devices.faulty_twin import FaultyTwin
 from opensuction.devices.twin_faults import PHASE, PHASES, Came
-from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.ring import RingWriter
+from opensuction.kernel.codegen import row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import row
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.session.choice import CycleChoice, RigChoice

@@ -8,9 +8,9 @@ import pytest
 
 from opensuction.devices.live_judge import LiveJudge, Verdict
 from opensuction.devices.twin_process import BEGUN, SHOWN
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.ring import RingWriter
+from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.record import Array
 from opensuction.oracle.harm import ADVANCE, AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE
 from opensuction.safety.condition import Condition

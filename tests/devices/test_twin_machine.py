@@ -9,7 +9,7 @@ import pytest
 
 from opensuction.devices.twin_machine import TwinMachine
 from opensuction.devices.twin_process import SHOWN
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.errors import InputError
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 

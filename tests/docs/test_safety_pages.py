@@ -146,7 +146,7 @@ LOCAL = {
     "devices/faulty_twin.py",
     "devices/twin_faults.py",
     "devices/twin_machine.py",
-    "exchange/mailbox.py",
+    "ipc/mailbox.py",
 }
 """Where processes of one machine send each other something."""
 LISTENS = {"session/running/console_settings.py", "console/console_process.py"}

@@ -22,9 +22,9 @@ import numpy as np
 
 from opensuction.devices.live_judge import LiveJudge
 from opensuction.devices.twin_process import SHOWN
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import holder
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import holder
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome

@@ -14,7 +14,7 @@ import numpy as np
 from opensuction.devices.ports import Facts
 from opensuction.devices.twin_machine import READINGS
 from opensuction.devices.twin_process import TwinPlayer, most_obeyed, playing
-from opensuction.exchange.deadline_scheduler import DeadlineScheduler
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 from opensuction.kernel.record import Array
 from opensuction.runtime import control_process
 from opensuction.simulation.closed_loop import DT_S

@@ -15,9 +15,9 @@ import pytest
 
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import SHOWN
-from opensuction.exchange.mailbox import Sender
-from opensuction.exchange.process_lock import holder
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.mailbox import Sender
+from opensuction.ipc.process_lock import holder
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.runtime import launch, machine_identity

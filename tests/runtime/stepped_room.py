@@ -14,11 +14,11 @@ import numpy as np
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.devices.ports import Facts
 from opensuction.devices.twin_machine import READINGS
-from opensuction.exchange.deadline_scheduler import NS_PER_S
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.heartbeat import Heartbeat
-from opensuction.exchange.mailbox import Answer, Asked, Mailbox
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.deadline_scheduler import NS_PER_S
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.heartbeat import Heartbeat
+from opensuction.ipc.mailbox import Answer, Asked, Mailbox
+from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.exchange import heartbeat
-from opensuction.exchange.deadline_scheduler import NS_PER_S
-from opensuction.exchange.heartbeat import Heartbeat, Process, Signs
+from opensuction.ipc import heartbeat
+from opensuction.ipc.deadline_scheduler import NS_PER_S
+from opensuction.ipc.heartbeat import Heartbeat, Process, Signs
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
 from opensuction.runtime.absence import LOST_S, MISSED_S, STARTS_S, is_lost

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from opensuction.exchange.event_ring import EventReader
+from opensuction.ipc.event_ring import EventReader
 from opensuction.kernel.phase import Phase
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import EVENTS

@@ -18,8 +18,8 @@ from opensuction.controller.machine_profile import BENCH
 from opensuction.controller.real_time_call import OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import Inputs, Outputs, State
 from opensuction.hysteresis.modified_dahl import PUBLISHED
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.compiler.dispatcher import CoreFunction
-from opensuction.kernel.generated import plain_row
 from opensuction.kernel.requests import Host
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.procedure.planning.site import BENCH_SITE

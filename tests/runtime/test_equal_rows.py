@@ -19,7 +19,7 @@ from opensuction.controller.real_time_call import (
     RealTimeCall,
 )
 from opensuction.controller.record import State
-from opensuction.kernel.generated import plain_row
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.exchange.ring import Read
+from opensuction.ipc.ring import Read
 from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file import extent
 from opensuction.recording.cycle_file.reader import RecordingReader

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from opensuction.devices.twin_machine import READINGS
-from opensuction.kernel.generated import plain_row
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import START

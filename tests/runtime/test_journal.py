@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.exchange.event_ring import Event
+from opensuction.ipc.event_ring import Event
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome

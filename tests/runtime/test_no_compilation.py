@@ -21,9 +21,9 @@ import pytest
 from numba.core import event
 
 from opensuction.devices.twin_machine import READINGS
-from opensuction.exchange import mailbox
+from opensuction.ipc import mailbox
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.duration import extend
-from opensuction.kernel.generated import plain_row
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, NO_REQUESTS, START, Requests
 from opensuction.simulation.injection.faulty_machine import is_of_machine

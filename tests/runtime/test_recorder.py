@@ -10,7 +10,7 @@ import pytest
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.exchange.ring import Read
+from opensuction.ipc.ring import Read
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.phase import RESTING
 from opensuction.kernel.record import Array

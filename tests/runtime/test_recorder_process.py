@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from opensuction.controller import configuration
-from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.read_checkpoint import ReadCheckpoint
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.read_checkpoint import ReadCheckpoint
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import Outcome

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.read_checkpoint import Place
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.read_checkpoint import Place
+from opensuction.ipc.ring import RingWriter
 from opensuction.recording.cycle_file.tick_table import STATE_PART
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM, TIMING_COLUMNS
 from opensuction.runtime.source import Source

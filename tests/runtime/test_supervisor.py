@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from opensuction.devices.twin_process import SHOWN
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import holder
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import holder
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING
 from opensuction.runtime import launch

@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.generated.row import columns
+from opensuction.kernel.codegen.row import columns
 from opensuction.safety import condition_mask
 from opensuction.safety.alarm import alarm_clock
 from opensuction.safety.alarm.alarm_state import Signals

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.generated import plain_row
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import START
 from opensuction.procedure.planning.protocol import PAPER

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Self
 
-from opensuction.exchange.deadline_scheduler import PRIORITY, DeadlineScheduler, harden
+from opensuction.ipc.deadline_scheduler import PRIORITY, DeadlineScheduler, harden
 from tests.stage.judge import Standstill
 
 REAL_TIME, ORDINARY = "real-time", "ordinary"

@@ -22,8 +22,8 @@ from opensuction.console.guard.throttle import Throttle
 from opensuction.console.live.hub import Hub
 from opensuction.console.server import Server, make_server
 from opensuction.console.site import Origin, Site
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import ProcessLock
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import ProcessLock
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError

@@ -20,8 +20,8 @@ from opensuction.control.compensation import (
 from opensuction.controller import settings_check
 from opensuction.controller.record import Settings
 from opensuction.hysteresis.bank import play_lines, play_table
+from opensuction.kernel.codegen import document
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import document
 from opensuction.kernel.name import name_of
 
 WHERE = "controller settings"

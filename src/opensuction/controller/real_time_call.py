@@ -14,10 +14,10 @@ from opensuction.control.compensation import Branches
 from opensuction.controller import configuration, controller
 from opensuction.controller.configuration import Configuration
 from opensuction.controller.record import Inputs, Outputs, Settings, State
+from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.compiler.typed_call import TypedCall
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.record import Array
 
 INPUT_COLUMNS = row.columns(Inputs)

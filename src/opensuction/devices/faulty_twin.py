@@ -26,11 +26,11 @@ from opensuction.devices.twin_faults import (
     check,
 )
 from opensuction.devices.twin_hand import HandTask, held
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.kernel import private_file
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.simulation.closed_loop import DT_S

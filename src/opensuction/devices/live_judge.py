@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.devices.twin_process import BEGUN, SHOWN
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.ring import RingReader
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row
 from opensuction.kernel.record import Array
 from opensuction.oracle import exposure, long_run
 from opensuction.oracle.harm import Harm

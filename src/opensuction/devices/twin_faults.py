@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from opensuction.devices.twin_hand import HandTask
-from opensuction.exchange.event_ring import Event, EventReader
+from opensuction.ipc.event_ring import Event, EventReader
 from opensuction.kernel.errors import InputError
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import Injection

@@ -13,11 +13,11 @@ import numpy as np
 from opensuction.devices.ports import Facts
 from opensuction.devices.twin_faults import CHANGE
 from opensuction.devices.twin_process import BEGUN, COMMANDS, SHOWN
-from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.ring import RingReader, RingWriter
 from opensuction.kernel import private_file
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row
 from opensuction.kernel.record import Array
 from opensuction.simulation import machine_side
 from opensuction.simulation.closed_loop import DT_S

@@ -20,12 +20,12 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.devices.faulty_twin import FaultyTwin
-from opensuction.exchange.deadline_scheduler import NS_PER_S, DeadlineScheduler, harden
-from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.process_lock import ProcessLock
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, harden
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.process_lock import ProcessLock
+from opensuction.ipc.ring import RingWriter
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row
 from opensuction.kernel.record import Array
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import (

@@ -2,7 +2,7 @@
 
 An array in a record costs: wherever the record is passed on a reference is counted, and every step
 copies it. A tuple of numbers is part of the record. Its step is written out: see
-`kernel.generated.straight_line`.
+`kernel.codegen.straight_line`.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from typing import Annotated
 from annotated_types import Len
 
 from opensuction.hysteresis import play
-from opensuction.kernel.generated import straight_line
+from opensuction.kernel.codegen import straight_line
 
 PLAYS = 12
 """How many: more change no figure of the bench by 1 %."""

@@ -4,7 +4,7 @@ Model and numbers are those of `hysteresis.prandtl_ishlinskii`, bit for bit; the
 array of any length. A record that is handed on each millisecond holds none, for every hand would
 count a reference to it. So there is room for sixteen plays in a tuple; a spare one has threshold
 and weight 0: it stands where the head is and adds nothing to any sum. What is done for each play is
-written out: see `kernel.generated.straight_line`.
+written out: see `kernel.codegen.straight_line`.
 """
 
 import math
@@ -15,9 +15,9 @@ import numpy as np
 from annotated_types import Len
 
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii, bent_mm, straight_mm
+from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import straight_line
 
 PLAYS = 16
 """Room for so many: 240 machines of the twin were identified with 7 to 13."""

@@ -178,7 +178,7 @@ def compiled(function: Function) -> Function:
 
 
 def compiled_generated(function: Function) -> Function:
-    """``compiled`` for the generated straight-line code of `kernel.generated`.
+    """``compiled`` for the generated straight-line code of `kernel.codegen`.
 
     It has no file that a cache could key on: it is linked into the machine code of whoever calls
     it and cached with that. It checks the size of its row once, not at each column.

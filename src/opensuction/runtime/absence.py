@@ -4,7 +4,7 @@ A process that is being started is waited for, as long as the ring still keeps a
 meanwhile. One that has worked is lost when it falls silent or when another one takes its place.
 """
 
-from opensuction.exchange.heartbeat import Process, Signs
+from opensuction.ipc.heartbeat import Process, Signs
 from opensuction.runtime.paths import SLOTS_S
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import UNANSWERED_S

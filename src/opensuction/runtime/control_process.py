@@ -26,15 +26,15 @@ from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.devices.ports import Port
 from opensuction.devices.twin_machine import TwinMachine
-from opensuction.exchange.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, harden
-from opensuction.exchange.event_ring import EventReader, EventWriter
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.mailbox import Mailbox
-from opensuction.exchange.process_lock import ProcessLock
-from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, harden
+from opensuction.ipc.event_ring import EventReader, EventWriter
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.mailbox import Mailbox
+from opensuction.ipc.process_lock import ProcessLock
+from opensuction.ipc.ring import RingReader, RingWriter
 from opensuction.kernel import private_file
+from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S, Interlocks

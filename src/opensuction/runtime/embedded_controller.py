@@ -16,8 +16,8 @@ from opensuction.controller import controller
 from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import Inputs, Outputs, Settings, State
+from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.name import by_name
 from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
 from opensuction.kernel.record import make_zero

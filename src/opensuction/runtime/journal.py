@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.exchange.event_ring import Event
-from opensuction.exchange.mailbox import STOP
+from opensuction.ipc.event_ring import Event
+from opensuction.ipc.mailbox import STOP
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.kernel.record import Array

@@ -12,8 +12,8 @@ from pathlib import Path
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.runtime.control_process import PERIOD_NS

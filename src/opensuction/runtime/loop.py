@@ -17,11 +17,11 @@ from opensuction.controller.real_time_call import (
     RealTimeCall,
 )
 from opensuction.devices.ports import Port
-from opensuction.exchange import mailbox
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.mailbox import Mailbox
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc import mailbox
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.mailbox import Mailbox
+from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, Requests

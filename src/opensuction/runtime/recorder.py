@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.exchange.event_ring import Event as Happening
-from opensuction.exchange.ring import Read
+from opensuction.ipc.event_ring import Event as Happening
+from opensuction.ipc.ring import Read
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file import tick_table

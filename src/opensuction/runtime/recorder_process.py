@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.controller import configuration
-from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
-from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import ProcessLock, holder
-from opensuction.exchange.read_checkpoint import Place, ReadCheckpoint
-from opensuction.exchange.ring import Read
+from opensuction.ipc.event_ring import COLUMNS, Event, EventReader
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import ProcessLock, holder
+from opensuction.ipc.read_checkpoint import Place, ReadCheckpoint
+from opensuction.ipc.ring import Read
 from opensuction.kernel import arithmetic_fingerprint, private_file
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file.heading import NOTICE, Heading

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from opensuction.controller import configuration
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row
 from opensuction.recording.cycle_file import tick_table
 from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.reader import RecordingReader

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.exchange.event_ring import Event as Happening
+from opensuction.ipc.event_ring import Event as Happening
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.exchange.event_ring import Event, EventReader
-from opensuction.exchange.read_checkpoint import Place
-from opensuction.exchange.ring import Read, RingReader
+from opensuction.ipc.event_ring import Event, EventReader
+from opensuction.ipc.read_checkpoint import Place
+from opensuction.ipc.ring import Read, RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.runtime.journal import Run

@@ -8,8 +8,8 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import holder
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import holder
 from opensuction.runtime import launch
 
 HUNG_S = 3.0

@@ -15,9 +15,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import ProcessLock
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import ProcessLock
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
 from opensuction.runtime.absence import MISSED_S

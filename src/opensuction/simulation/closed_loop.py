@@ -13,10 +13,10 @@ import numpy.typing as npt
 from opensuction.control.compensation import Branches
 from opensuction.controller import controller
 from opensuction.controller.record import Inputs, Outputs, Settings, State
+from opensuction.kernel.codegen import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.compiler.typed_call import TypedCall
-from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests

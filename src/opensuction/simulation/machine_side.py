@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.compiler.typed_call import TypedCall
-from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array, make_zero
 from opensuction.simulation.closed_loop import DT_S

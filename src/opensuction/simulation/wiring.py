@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.controller.record import Outputs
+from opensuction.kernel.codegen import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.generated import row
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import SILENT, Link, LinkState, Message, Past, Ring

@@ -8,7 +8,7 @@ import pytest
 
 from opensuction.controller import configuration
 from opensuction.devices.twin_process import SHOWN
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import Phase
 from opensuction.runtime import machine_identity
 from opensuction.runtime.paths import CONFIGURATION

@@ -17,8 +17,8 @@ import pytest
 from playwright.sync_api import expect
 
 from opensuction.devices.twin_process import PLAYS
-from opensuction.exchange.process_lock import holder
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.process_lock import holder
+from opensuction.ipc.ring import RingReader
 from opensuction.records.records import Records
 from opensuction.runtime import paths
 from opensuction.simulation.machine_side import SHOWN_COLUMNS

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from opensuction.console.live.hub import Hub
-from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal

@@ -13,7 +13,7 @@ from uuid import uuid4
 import httpx
 import numpy as np
 
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.record import Array
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import RING

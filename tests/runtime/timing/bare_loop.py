@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from opensuction.exchange.deadline_scheduler import DeadlineScheduler, harden
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler, harden
 
 LONGEST = 64
 """Bits of the longest delay in nanoseconds."""

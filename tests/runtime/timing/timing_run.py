@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from opensuction.devices.twin_process import SHOWN
-from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.mailbox import Sender
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.mailbox import Sender
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import RESTING
 from opensuction.kernel.record import Array
 from opensuction.oracle import exposure

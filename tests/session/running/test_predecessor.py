@@ -16,7 +16,7 @@ from opensuction.cli.command.run import MachineOptions
 from opensuction.cli.interruption import Stopped
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.runtime import control_process, launch, paths

@@ -11,12 +11,12 @@ import pytest
 from opensuction.console.console_process import LOG_FILE, PrivateLog
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import BEGUN
-from opensuction.exchange import heartbeat
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.heartbeat import Heartbeat
-from opensuction.exchange.mailbox import Mailbox
-from opensuction.exchange.process_lock import ProcessLock
-from opensuction.exchange.read_checkpoint import ReadCheckpoint
+from opensuction.ipc import heartbeat
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.heartbeat import Heartbeat
+from opensuction.ipc.mailbox import Mailbox
+from opensuction.ipc.process_lock import ProcessLock
+from opensuction.ipc.read_checkpoint import ReadCheckpoint
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch, machine_identity, paths
 from opensuction.session.running import basis, console_settings

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.ring import RingWriter
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import RING
 from opensuction.session.running.run import Tally

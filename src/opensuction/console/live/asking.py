@@ -16,9 +16,9 @@ from opensuction.console.guard.problem import Problem
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row
 from opensuction.console.live.state import refused
-from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
-from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.mailbox import PATIENCE_S, Sender
+from opensuction.ipc.event_ring import COLUMNS, Event, EventReader
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.mailbox import PATIENCE_S, Sender
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase

@@ -14,8 +14,8 @@ from opensuction.console.live import state
 from opensuction.console.live.state import Seen, State
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.heartbeat import FILE, Heartbeat
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.heartbeat import FILE, Heartbeat
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.runtime.loop import ROW_COLUMNS

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from opensuction.console.live import phase_left
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
-from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.kernel.compiled import as_python
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase

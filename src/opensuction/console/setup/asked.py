@@ -4,8 +4,8 @@ import time
 from pathlib import Path
 
 from opensuction.console.guard.problem import Problem
-from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.mailbox import Sender
+from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.mailbox import Sender
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import utc_time
 from opensuction.runtime.paths import ASK, EVENTS

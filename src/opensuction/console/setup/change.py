@@ -16,10 +16,10 @@ from opensuction.console.site import Site
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import configuration, setup
 from opensuction.controller.configuration import Configuration
-from opensuction.exchange.mailbox import SET_PROTOCOL
+from opensuction.ipc.mailbox import SET_PROTOCOL
 from opensuction.kernel import private_file
+from opensuction.kernel.codegen import document
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import document
 from opensuction.procedure.planning import teaching_limit
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.procedure.planning.protocol import Protocol

@@ -19,7 +19,7 @@ from opensuction.controller import configuration
 from opensuction.devices import twin_faults
 from opensuction.devices.twin_hand import HandTask
 from opensuction.devices.twin_process import SHOWN
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.teaching import PLAUSIBLE

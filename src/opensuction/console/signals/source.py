@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from opensuction.console.signals.frame import Block
 from opensuction.controller import configuration
-from opensuction.exchange.event_ring import Event as Happening
-from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.event_ring import Event as Happening
+from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.record import Array

@@ -16,8 +16,8 @@ from collections.abc import Callable
 import numpy as np
 
 from opensuction.hysteresis.play_sum import PLAYS, Sixteen, padded
+from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.generated import straight_line
 from opensuction.kernel.record import Array
 
 ROOM = PLAYS

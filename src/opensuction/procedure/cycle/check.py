@@ -11,8 +11,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Len
 
+from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.generated import straight_line
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 

@@ -8,8 +8,8 @@ import math
 from collections.abc import Callable
 
 from opensuction.control import profile, staged_path
+from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.generated import straight_line
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Requests

@@ -5,7 +5,7 @@ and the whole state after the tick.
 """
 
 from opensuction.controller.record import Inputs, Outputs, State
-from opensuction.kernel.generated import row
+from opensuction.kernel.codegen import row
 from opensuction.recording.cycle_file.row_schema import Column
 
 TICKS = "/tick"

@@ -2,7 +2,7 @@
 
 Few conditions have a delay, and some rise in priority: each of these has a clock, a number of a
 tuple. All others are signalled at once and stay as urgent as they are. The steps are written out,
-a clock after the other: see `kernel.generated.straight_line`.
+a clock after the other: see `kernel.codegen.straight_line`.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Len
 
-from opensuction.kernel.generated import straight_line
+from opensuction.kernel.codegen import straight_line
 from opensuction.safety.condition_mask import HANDLINGS
 
 DELAYED = tuple(bit for bit, handling in enumerate(HANDLINGS) if handling.delay_s > 0.0)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from opensuction.kernel.codegen import row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import row
 from opensuction.recording.cycle_file import table_export
 from opensuction.recording.cycle_file.row_schema import Column
 from opensuction.recording.cycle_file.table_export import FORMATS, TIME

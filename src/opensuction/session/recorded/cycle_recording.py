@@ -17,8 +17,8 @@ from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import State
 from opensuction.kernel import arithmetic_fingerprint
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.commands import Commands
-from opensuction.kernel.generated import plain_row
 from opensuction.recording.cycle_file import tick_table
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
 from opensuction.recording.cycle_file.row_schema import Column

@@ -3,9 +3,9 @@
 import time
 from uuid import uuid4
 
-from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.mailbox import Sender
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.mailbox import Sender
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests

@@ -11,8 +11,8 @@ from enum import Enum, auto
 from typing import NamedTuple
 from uuid import uuid4
 
-from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.mailbox import Sender
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.mailbox import Sender
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.procedure.cycle import refusal
 from opensuction.procedure.cycle.refusal import Refusal

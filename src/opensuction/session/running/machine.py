@@ -14,11 +14,11 @@ from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import PLAYS
-from opensuction.exchange.heartbeat import Heartbeat, Process
-from opensuction.exchange.process_lock import end_holder, holder
+from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.process_lock import end_holder, holder
 from opensuction.kernel import private_file
+from opensuction.kernel.codegen import document
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import document
 from opensuction.kernel.name import name_of
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile

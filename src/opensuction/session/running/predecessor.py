@@ -12,8 +12,8 @@ import numpy as np
 
 from opensuction.controller import configuration
 from opensuction.devices.twin_process import PLAYS
-from opensuction.exchange.process_lock import holder
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.process_lock import holder
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.compiled import as_python
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING, Phase

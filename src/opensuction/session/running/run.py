@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.records.database import utc_time
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
+from opensuction.kernel.codegen import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.constant import HOUR_S
-from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.safety.head import head_vote

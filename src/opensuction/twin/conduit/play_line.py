@@ -15,7 +15,7 @@ import numpy as np
 
 from opensuction.hysteresis import play
 from opensuction.hysteresis.play_bundle import PLAYS, Bundle
-from opensuction.kernel.generated import straight_line
+from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.record import Array
 from opensuction.twin.conduit import recorded_conduit
 from opensuction.twin.conduit.recorded_conduit import RecordedConduit

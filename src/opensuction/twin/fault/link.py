@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.kernel import random_stream
+from opensuction.kernel.codegen import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.generated import row
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Monitor, Readings
 from opensuction.kernel.record import Array, make_zero

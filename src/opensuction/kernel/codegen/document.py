@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.record import Record
 
 NOT_FINITE = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}

@@ -6,7 +6,7 @@ from annotated_types import Len
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.generated import plain_row, row
+from opensuction.kernel.codegen import plain_row, row
 
 
 class Inner(NamedTuple):

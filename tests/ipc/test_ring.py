@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.exchange.ring import HASTE_ROWS, RingReader, RingWriter
+from opensuction.ipc.ring import HASTE_ROWS, RingReader, RingWriter
 from opensuction.kernel import slot
 from opensuction.kernel.errors import InputError
 
@@ -147,7 +147,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 import numpy as np
-from opensuction.exchange.ring import RingWriter
+from opensuction.ipc.ring import RingWriter
 ring = RingWriter(Path(sys.argv[1]), ["a"] * 40, 50, {})
 number = 0
 while True:

@@ -7,8 +7,8 @@ from annotated_types import Len
 from hypothesis import given
 from hypothesis import strategies as st
 
+from opensuction.kernel.codegen import document, plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.generated import document, plain_row
 
 
 class Inner(NamedTuple):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.ipc.ring import RingReader, RingWriter
 
 WORDS = 128
 """Longest text, 8 bytes each; the longest words of a longer one are cut."""

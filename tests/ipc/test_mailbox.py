@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.exchange import mailbox
-from opensuction.exchange.event_ring import EventWriter
-from opensuction.exchange.mailbox import Answer, Mailbox, Sender
+from opensuction.ipc import mailbox
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.mailbox import Answer, Mailbox, Sender
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import ABORT, NO_REQUESTS
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.kernel.generated import row
+from opensuction.kernel.codegen import row
 from tests.conformance.plain import run_plain
 
 
@@ -117,7 +117,7 @@ def rows() -> list[list[float]]:
 
 
 def test_compiled_equals_plain_python() -> None:
-    assert run_plain("tests.kernel.generated.test_row", "rows") == rows()
+    assert run_plain("tests.kernel.codegen.test_row", "rows") == rows()
 
 
 def test_the_trace_has_no_two_columns_of_one_name() -> None:

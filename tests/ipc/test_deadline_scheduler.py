@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from opensuction.exchange.deadline_scheduler import DeadlineScheduler
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 
 pytestmark = pytest.mark.real_time
 
@@ -44,7 +44,7 @@ def test_a_missed_tick_is_skipped_and_never_caught_up() -> None:
 def test_a_signal_does_not_wake_it_early() -> None:
     code = (
         "import signal, time\n"
-        "from opensuction.exchange.deadline_scheduler import DeadlineScheduler\n"
+        "from opensuction.ipc.deadline_scheduler import DeadlineScheduler\n"
         "heard = []\n"
         "signal.signal(signal.SIGALRM, lambda *_: heard.append(1))\n"
         "signal.setitimer(signal.ITIMER_REAL, 0.02, 0.02)\n"
@@ -61,7 +61,7 @@ def test_what_the_kernel_does_not_grant_is_said() -> None:
     """As a user without rights: no priority, and a limit of locked memory that is too small."""
     code = (
         "import gc, os, resource\n"
-        "from opensuction.exchange.deadline_scheduler import harden\n"
+        "from opensuction.ipc.deadline_scheduler import harden\n"
         "resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))\n"
         "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))\n"
         "if os.getuid() == 0: os.setuid(65534)\n"

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from opensuction.kernel.codegen import row
 from opensuction.kernel.compiled import as_python
-from opensuction.kernel.generated import row
 from opensuction.kernel.record import Array, Record
 
 _reader = cache(row.reader)

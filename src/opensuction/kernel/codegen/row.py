@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 import numpy as np
 from annotated_types import Len
 
-from opensuction.kernel.generated import straight_line
+from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.record import Array
 
 Row = Array

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from opensuction.exchange.ring import RingReader
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 
 
