@@ -31,7 +31,7 @@ check: $(PACKAGE) ## lint, format, types, layers of the architecture, hazards ag
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-logo
-	@$(BIN)/python -m traceability
+	@$(BIN)/python -m tools.traceability
 
 docs: $(PACKAGE) ## write anew what the documentation takes from the code, and build its site
 	@$(BIN)/python -m docs.generator
@@ -46,10 +46,10 @@ bench: $(PACKAGE) ## speed of the core; ARGS=--benchmark-disable runs all of it 
 
 soak: $(PACKAGE) ## the long tests, and all mutants
 	@OPENSUCTION_HYPOTHESIS=soak $(BIN)/python -m pytest -m "soak or sweep" $(ARGS)
-	@$(BIN)/python -m mutation --out mutation-score.json
+	@$(BIN)/python -m tools.mutation --out mutation-score.json
 
 mutate: $(PACKAGE) ## mistakes that no test notices; choose modules with ARGS="safety.condition"
-	@$(BIN)/python -m mutation --out mutation-score.json $(ARGS)
+	@$(BIN)/python -m tools.mutation --out mutation-score.json $(ARGS)
 
 lock: ## pin every dependency anew; UPGRADE=1 takes newer versions
 	@command -v $(UV) > /dev/null || { echo "make lock needs uv: pip install uv, or give its path as UV=..." >&2; exit 1; }

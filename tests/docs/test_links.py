@@ -37,7 +37,7 @@ def test_every_file_that_a_page_names_is_there() -> None:
 def test_every_page_that_code_names_is_there() -> None:
     files = (
         path
-        for folder in ("src", "tests", "docs", "mutation")
+        for folder in ("src", "tests", "docs", "tools")
         for path in (ROOT / folder).rglob("*.*")
         if path.suffix in (".py", ".toml")
     )

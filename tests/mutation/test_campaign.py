@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from mutation.__main__ import everything, target
-from mutation.campaign import ROOT, Result, Survivor, Target
+from tools.mutation.__main__ import everything, target
+from tools.mutation.campaign import ROOT, Result, Survivor, Target
 
 
 def campaign(*arguments: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "src")])}
     return subprocess.run(
-        [sys.executable, "-m", "mutation", *arguments],
+        [sys.executable, "-m", "tools.mutation", *arguments],
         env=environment,
         cwd=ROOT,
         capture_output=True,

@@ -2,7 +2,7 @@ import ast
 
 import pytest
 
-from mutation.operator import mutants
+from tools.mutation.operator import mutants
 
 
 def changes(source: str) -> list[str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mutation.planted import FAULTS, ROOT, SOURCES, Fault
+from tools.mutation.planted import FAULTS, ROOT, SOURCES, Fault
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: str(fault.name))

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 import z3
 
-from proof import arithmetic, theorem
-from proof.arithmetic import Doubles
-from proof.logic import Truth, as_integer, as_mask, conjoin, lift_truth
-from proof.unknown import free
+from tools.proof import arithmetic, theorem
+from tools.proof.arithmetic import Doubles
+from tools.proof.logic import Truth, as_integer, as_mask, conjoin, lift_truth
+from tools.proof.unknown import free
 
 Number = Callable[[str], Any]
 

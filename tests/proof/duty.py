@@ -15,10 +15,6 @@ from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch import watch
 from opensuction.safety.watch.watch_state import Watch
-from proof.arithmetic import Doubles
-from proof.contract import Contract
-from proof.logic import MASK_BITS, as_integer, lift_truth
-from proof.unknown import free
 from tests.proof.claim import (
     all_of,
     at_most,
@@ -45,6 +41,10 @@ from tests.proof.span import (
     watch_is_kept,
 )
 from tests.proof.test_narrowing import possible
+from tools.proof.arithmetic import Doubles
+from tools.proof.contract import Contract
+from tools.proof.logic import MASK_BITS, as_integer, lift_truth
+from tools.proof.unknown import free
 
 
 def _servo_arguments(doubles: Doubles) -> list[Any]:

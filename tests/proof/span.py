@@ -17,10 +17,10 @@ from opensuction.safety.head.head_vote import OUT_TICKS, SURPRISED_TICKS, HeadVo
 from opensuction.safety.invalid_ticks import INVALID_TICKS
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch.watch_state import Watch
-from proof.arithmetic import Doubles
-from proof.logic import as_integer, lift_truth
-from proof.unknown import free
 from tests.proof.claim import all_of, between, bounded, is_finite, within
+from tools.proof.arithmetic import Doubles
+from tools.proof.logic import as_integer, lift_truth
+from tools.proof.unknown import free
 
 DT_S = 0.001
 """The tick of every machine here."""

@@ -15,11 +15,6 @@ from opensuction.safety.governor import judgement, limiter
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch.watch_state import Watch
-from proof.abstract_double import AbstractDoubles
-from proof.arithmetic import Doubles
-from proof.logic import MASK_BITS, lift_truth
-from proof.translation import Translation, any_raises
-from proof.unknown import free
 from tests.proof.claim import (
     all_of,
     assert_holds,
@@ -36,6 +31,11 @@ from tests.proof.claim import (
     within,
 )
 from tests.proof.table import proves
+from tools.proof.abstract_double import AbstractDoubles
+from tools.proof.arithmetic import Doubles
+from tools.proof.logic import MASK_BITS, lift_truth
+from tools.proof.translation import Translation, any_raises
+from tools.proof.unknown import free
 
 OF = "`limiter.narrow` and all that it calls"
 FREE = (

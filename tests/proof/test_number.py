@@ -23,11 +23,6 @@ from opensuction.safety.governor import forced_withdrawal
 from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.watch import patient_watch
 from opensuction.safety.watch.patient_watch import PatientWatch
-from proof.abstract_double import AbstractDoubles
-from proof.arithmetic import Doubles
-from proof.contract import Contract, prove_contract, prove_on, rely
-from proof.translation import Translation, any_raises
-from proof.unknown import free
 from tests.proof.claim import (
     all_of,
     between,
@@ -56,6 +51,11 @@ from tests.proof.span import (
     unknown_settings,
 )
 from tests.proof.table import proves
+from tools.proof.abstract_double import AbstractDoubles
+from tools.proof.arithmetic import Doubles
+from tools.proof.contract import Contract, prove_contract, prove_on, rely
+from tools.proof.translation import Translation, any_raises
+from tools.proof.unknown import free
 
 TICK = "a tick of 1 ms; settings within the bounds of `tests/proof/span.py`"
 

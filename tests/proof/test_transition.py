@@ -23,14 +23,14 @@ from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
 from opensuction.procedure.suction import line_flow, pace
 from opensuction.procedure.suction.pace import Pace, PacePlan
-from proof import arithmetic
-from proof.abstract_double import AbstractDoubles
-from proof.logic import MASK_BITS, disjoin, lift_truth
-from proof.translation import Translation
-from proof.unknown import free
 from tests.proof.claim import all_of, assert_holds, at_most, implies, is_, plus, same
 from tests.proof.span import DT_S
 from tests.proof.table import proves
+from tools.proof import arithmetic
+from tools.proof.abstract_double import AbstractDoubles
+from tools.proof.logic import MASK_BITS, disjoin, lift_truth
+from tools.proof.translation import Translation
+from tools.proof.unknown import free
 
 SUCKING = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
 """Phases that open the valve whatever was before."""

@@ -27,15 +27,15 @@ from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.limits import DriveLimits, Limits
 from opensuction.safety.watch import watch
 from opensuction.safety.watch.watch_state import Watch
-from proof import arithmetic, source
-from proof.abstract_double import AbstractDoubles, Double
-from proof.arithmetic import Doubles
-from proof.exact_double import ExactDoubles
-from proof.logic import Choice, as_integer, has_mask
-from proof.theorem import needed_facts
-from proof.translation import Translation
-from proof.unknown import free
 from tests.proof import test_narrowing, test_number, test_transition, test_way_out
+from tools.proof import arithmetic, source
+from tools.proof.abstract_double import AbstractDoubles, Double
+from tools.proof.arithmetic import Doubles
+from tools.proof.exact_double import ExactDoubles
+from tools.proof.logic import Choice, as_integer, has_mask
+from tools.proof.theorem import needed_facts
+from tools.proof.translation import Translation
+from tools.proof.unknown import free
 
 NUMBERS = st.one_of(
     st.floats(-100.0, 100.0),

@@ -21,10 +21,6 @@ from opensuction.safety.governor.governor import GovernorState, Verdict
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from proof.abstract_double import AbstractDoubles
-from proof.logic import as_integer, as_mask, lift_truth
-from proof.translation import Translation
-from proof.unknown import free
 from tests.proof.claim import (
     all_of,
     assert_holds,
@@ -41,6 +37,10 @@ from tests.proof.duty import unknown_vote
 from tests.proof.span import DT_S, KEPT_SIZES, setting
 from tests.proof.table import proves
 from tests.proof.test_transition import Tick, step_cycle
+from tools.proof.abstract_double import AbstractDoubles
+from tools.proof.logic import as_integer, as_mask, lift_truth
+from tools.proof.translation import Translation
+from tools.proof.unknown import free
 
 OF = "`governor.step` and all that it calls"
 FREE = (

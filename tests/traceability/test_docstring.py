@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from traceability import docstring
+from tools.traceability import docstring
 
 
 @pytest.mark.parametrize(

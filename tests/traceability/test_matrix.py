@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from traceability import matrix
-from traceability.matrix import Mark, Matrix
+from tools.traceability import matrix
+from tools.traceability.matrix import Mark, Matrix
 
 SOUND = Matrix(
     hazards=({"id": "OS-H01", "fault": [{"name": "motor-stall"}], "requirements": ["OS-R01"]},),

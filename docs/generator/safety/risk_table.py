@@ -16,7 +16,7 @@ from opensuction.evidence.safety_case.risk import (
     HarmSeverity,
     RiskEstimate,
 )
-from traceability import matrix
+from tools.traceability import matrix
 
 ANALYSIS = "../reference/hazard-analysis.md"
 NOT_WORDS = re.compile(r"[^\w\- ]")

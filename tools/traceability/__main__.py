@@ -1,4 +1,4 @@
-"""``python -m traceability``: refuse claims that nothing shows, and docstrings that are questions.
+"""``python -m tools.traceability``: refuse claims without a test, and docstrings that ask.
 
 Every problem is one line on stderr, and the exit status is 1; where there is none, one line says
 what was looked at.
@@ -6,7 +6,7 @@ what was looked at.
 
 import sys
 
-from traceability import docstring, matrix
+from tools.traceability import docstring, matrix
 
 
 def main() -> int:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 EVIDENCE = ROOT / "src" / "opensuction" / "evidence" / "safety_case"
 HAZARDS = EVIDENCE / "hazard.toml"
 REQUIREMENTS = EVIDENCE / "requirement.toml"

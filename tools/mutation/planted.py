@@ -1,4 +1,4 @@
-"""``python -m mutation.planted [--busy]``: faults that tests in real time exist for, planted.
+"""``python -m tools.mutation.planted [--busy]``: faults that tests in real time exist for, planted.
 
 Each fault is put into a copy of the tree, where its test must then fail: not pass, and not be left
 unjudged. With ``--busy`` one busy process works on each core meanwhile. Exit 1 where a test missed
@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SOURCES = Path("src", "opensuction")
 COPIED = ("src", "tests", "docs", "pyproject.toml", "README.md")
 """Of the tree, as far as tests read it."""

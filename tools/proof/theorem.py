@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import z3
 
-from proof.arithmetic import Doubles
-from proof.logic import Truth, lift_truth
+from tools.proof.arithmetic import Doubles
+from tools.proof.logic import Truth, lift_truth
 
 TIMEOUT_MS = 60_000
 

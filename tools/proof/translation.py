@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import z3
 
-from proof import arithmetic, logic, source
-from proof.arithmetic import Doubles
-from proof.logic import Truth, conjoin, disjoin, lift_truth, negate
+from tools.proof import arithmetic, logic, source
+from tools.proof.arithmetic import Doubles
+from tools.proof.logic import Truth, conjoin, disjoin, lift_truth, negate
 
 Summary = Callable[..., Any]
 """What stands for a function that is not translated: from its arguments to any result of it."""

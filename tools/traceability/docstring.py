@@ -9,7 +9,7 @@ import re
 import tomllib
 from pathlib import Path
 
-from traceability.matrix import ROOT
+from tools.traceability.matrix import ROOT
 
 QUESTION_WORD = re.compile(r"\W*(what|whether|who|whose|whom|how|where|when|which|why)\b", re.I)
 

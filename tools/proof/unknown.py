@@ -5,8 +5,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import z3
 
-from proof.arithmetic import Doubles
-from proof.logic import MASK_BITS, UNREAD
+from tools.proof.arithmetic import Doubles
+from tools.proof.logic import MASK_BITS, UNREAD
 
 MASKS = frozenset({"trips", "conditions", "causes", "dealt", "held", "reasons", "patient"})
 """Fields that are bit masks; other whole numbers are counts and enumerations."""

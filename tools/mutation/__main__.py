@@ -1,4 +1,4 @@
-"""``python -m mutation``: which mistakes in the safety code would no test notice?
+"""``python -m tools.mutation``: which mistakes in the safety code would no test notice?
 
 Progress on stderr, one JSON object on stdout or in a file. Exit 1 if a module's score is below
 ``--least``.
@@ -10,8 +10,8 @@ import os
 import sys
 from pathlib import Path
 
-from mutation import campaign
-from mutation.campaign import ROOT, Result, Target
+from tools.mutation import campaign
+from tools.mutation.campaign import ROOT, Result, Target
 
 ALARM_TESTS = (
     "tests/safety/alarm/test_alarm.py",
@@ -98,7 +98,7 @@ def as_json(results: list[Result]) -> str:
 
 def main() -> int:
     """Run the campaign."""
-    parser = argparse.ArgumentParser(prog="python -m mutation", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tools.mutation", description=__doc__)
     parser.add_argument(
         "modules", nargs="*", metavar="MODULE", help="as safety.condition; none: all"
     )

@@ -9,10 +9,10 @@ from typing import Any, TypeAlias
 import numpy as np
 import z3
 
-from proof import logic
-from proof.abstract_double import AbstractDoubles
-from proof.exact_double import ExactDoubles
-from proof.logic import Choice, Truth
+from tools.proof import logic
+from tools.proof.abstract_double import AbstractDoubles
+from tools.proof.exact_double import ExactDoubles
+from tools.proof.logic import Choice, Truth
 
 Doubles: TypeAlias = AbstractDoubles | ExactDoubles
 

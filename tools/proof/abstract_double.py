@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 
 import z3
 
-from proof import rounding
-from proof.logic import Truth, choose_truth, conjoin, disjoin, lift_truth, negate
-from proof.rounding import EPSILON, TINY, exactly
+from tools.proof import rounding
+from tools.proof.logic import Truth, choose_truth, conjoin, disjoin, lift_truth, negate
+from tools.proof.rounding import EPSILON, TINY, exactly
 
 LARGEST = sys.float_info.max
 """The largest double."""

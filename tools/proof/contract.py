@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import z3
 
-from proof.arithmetic import Doubles
-from proof.logic import Truth, conjoin, lift_truth
-from proof.theorem import Answer, is_possible, prove
-from proof.translation import Translation, any_raises
+from tools.proof.arithmetic import Doubles
+from tools.proof.logic import Truth, conjoin, lift_truth
+from tools.proof.theorem import Answer, is_possible, prove
+from tools.proof.translation import Translation, any_raises
 
 Making = Callable[[Doubles, str], Any]
 """Makes unknowns, by a name that no others have."""

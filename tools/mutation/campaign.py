@@ -20,9 +20,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-from mutation.operator import mutants
+from tools.mutation.operator import mutants
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SLOW_IMPORTS = ("numba", "numpy", "scipy.signal", "scipy.optimize", "hypothesis", "pytest")
 TIME_FACTOR = 5.0
 TIME_ADDED_S = 10.0

@@ -1,0 +1,1 @@
+"""Checks of the source: proofs, mutation testing, traceability of hazards and requirements."""
