@@ -49,7 +49,7 @@ def test_a_task_that_kills_every_process_ends_the_work() -> None:
 
 
 def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
-    program = f"from opensuction.evidence import crew; crew.spread(eval, [{WAITS!r}] * 2, 2)"
+    program = f"from opensuction.evidence import worker_pool; worker_pool.spread(eval, [{WAITS!r}] * 2, 2)"
     with subprocess.Popen(
         [sys.executable, "-c", program], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -62,8 +62,8 @@ def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system binds to no cores")
 def test_a_process_that_is_bound_to_a_core_counts_that_one() -> None:
     program = (
-        "import os; from opensuction.evidence import crew; "
-        "os.sched_setaffinity(0, {min(os.sched_getaffinity(0))}); print(crew.count_cores())"
+        "import os; from opensuction.evidence import worker_pool; "
+        "os.sched_setaffinity(0, {min(os.sched_getaffinity(0))}); print(worker_pool.count_cores())"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     assert done.stdout.split() == [b"1"]

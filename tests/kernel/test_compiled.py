@@ -160,7 +160,7 @@ class TinyCore:
         kernel = self.package / "kernel"
         kernel.mkdir(parents=True)
         (self.package / "__init__.py").touch()
-        for room in ("compiler", "generated"):
+        for room in ("compiler", "codegen"):
             shutil.copytree(PACKAGE / "kernel" / room, kernel / room)
         for name in KERNEL:
             shutil.copy(PACKAGE / "kernel" / name, kernel / name)

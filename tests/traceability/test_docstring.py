@@ -42,7 +42,11 @@ def test_any_other_beginning_is_none(source: str) -> None:
 
 
 def test_each_module_is_one_line_with_the_word_and_the_remedy() -> None:
-    sources = {"src/b.py": '"""How."""', "src/c.py": '"""A pump."""', "benchmarks/a.py": '"""Why."""'}
+    sources = {
+        "src/b.py": '"""How."""',
+        "src/c.py": '"""A pump."""',
+        "benchmarks/a.py": '"""Why."""',
+    }
     assert docstring.problems(sources) == [
         'src/b.py: its docstring opens with "How"; name the thing, or say what it does',
         'benchmarks/a.py: its docstring opens with "Why"; name the thing, or say what it does',

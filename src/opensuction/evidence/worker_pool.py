@@ -133,15 +133,15 @@ def spread(
     number of its task, from other threads, one call at a time. warn: hears of a process that died.
     Raises what a task raised first, and WorkerLostError for one over which `MOST_LOST` died.
     """
-    crew = _WorkerPool(function, tasks)
+    pool = _WorkerPool(function, tasks)
     threads = [
-        threading.Thread(target=crew.employ, args=(tell, warn), daemon=True)
+        threading.Thread(target=pool.employ, args=(tell, warn), daemon=True)
         for _ in range(min(workers, len(tasks)))
     ]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    if crew.failures:
-        raise crew.failures[0]
-    return [crew.answers[number] for number in range(len(tasks))]
+    if pool.failures:
+        raise pool.failures[0]
+    return [pool.answers[number] for number in range(len(tasks))]
