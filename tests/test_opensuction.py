@@ -1,6 +1,7 @@
 """The library's own names: there, typed, and loaded only when they are asked for."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -48,3 +49,17 @@ def test_to_import_it_loads_nothing_heavy() -> None:
 
 def test_a_person_who_looks_sees_every_name() -> None:
     assert set(opensuction.__all__) <= set(dir(opensuction))
+
+
+def test_changelog_and_citation_name_this_version_and_one_day() -> None:
+    root = Path(__file__).resolve().parents[1]
+    released = re.findall(
+        r"^## (\d+\.\d+\.\d+) - (\d{4}-\d{2}-\d{2})$",
+        (root / "CHANGELOG.md").read_text("utf-8"),
+        re.MULTILINE,
+    )
+    cited = (root / "CITATION.cff").read_text("utf-8")
+    version, day = released[0]
+    assert version == opensuction.__version__
+    assert f"\nversion: {version}\n" in cited
+    assert f"\ndate-released: {day}\n" in cited
