@@ -49,7 +49,10 @@ def test_a_task_that_kills_every_process_ends_the_work() -> None:
 
 
 def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
-    program = f"from opensuction.evidence import worker_pool; worker_pool.spread(eval, [{WAITS!r}] * 2, 2)"
+    program = (
+        "from opensuction.evidence import worker_pool; "
+        f"worker_pool.spread(eval, [{WAITS!r}] * 2, 2)"
+    )
     with subprocess.Popen(
         [sys.executable, "-c", program], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     ) as process:
