@@ -26,7 +26,7 @@ run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--p
 test: $(PACKAGE) ## all tests but sweeps and long ones, in two stages; choose some with ARGS="-k name"
 	@$(BIN)/python -m tests.stage -m "$(TESTS)" $(ARGS)
 
-check: $(PACKAGE) ## lint, format, types, layers of the architecture, hazards against tests, docstrings
+check: $(PACKAGE) ## lint, format, types, layers of the architecture, hazards against tests, modules
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy

@@ -1,4 +1,4 @@
-"""``python -m tools.traceability``: refuse claims without a test, and docstrings that ask.
+"""``python -m tools.traceability``: refuse claims without a test, and modules of poor form.
 
 Every problem is one line on stderr, and the exit status is 1; where there is none, one line says
 what was looked at.
@@ -6,14 +6,14 @@ what was looked at.
 
 import sys
 
-from tools.traceability import docstring, matrix
+from tools.traceability import matrix, module_form
 
 
 def main() -> int:
-    """Hold hazards, requirements and tests against each other, and look through the docstrings."""
+    """Hold hazards, requirements and tests against each other, and look at the form of modules."""
     found = matrix.read()
-    sources = docstring.read()
-    problems = matrix.gaps(found) + docstring.problems(sources)
+    sources = module_form.read()
+    problems = matrix.gaps(found) + module_form.problems(sources)
     for problem in problems:
         print(problem, file=sys.stderr)  # noqa: T201
     if problems:
@@ -21,7 +21,7 @@ def main() -> int:
     tests = {mark.test for mark in found.marks}
     print(  # noqa: T201
         f"Traceability: {len(found.hazards)} hazards with faults, {len(found.requirements)} "
-        f"requirements verified by {len(tests)} tests, {len(sources)} docstrings of modules"
+        f"requirements verified by {len(tests)} tests, {len(sources)} modules in form"
     )
     return 0
 

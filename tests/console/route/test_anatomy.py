@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 import pytest
 
 from opensuction.console.route import anatomy
-from opensuction.report import anatomy as geometry
+from opensuction.report import airway_geometry as geometry
 from opensuction.report import html
-from opensuction.report.cycle import anatomy as report_anatomy
+from opensuction.report.cycle import airway_drawing as report_anatomy
 from tests.report import example
 
 DEPTHS = {"target_mm": 90.0, "cap_mm": 95.0, "carina_mm": 100.0, "boundary_mm": -80.0}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from opensuction.console.live import machine
+from opensuction.console.live import machine_description
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.runtime.paths import CONFIGURATION
@@ -45,7 +45,7 @@ def test_of_a_promise_no_tenth_is_rounded_away(console: Served) -> None:
     motion = settings.plan.motion._replace(target_mm=88.04)
     limits = settings.limits._replace(negative_pressure_s=14.61)
     other = settings._replace(plan=settings.plan._replace(motion=motion), limits=limits)
-    assert machine.say_plan(other) == "to 88 mm, 80 mmHg, at most 14.7 s suction"
+    assert machine_description.say_plan(other) == "to 88 mm, 80 mmHg, at most 14.7 s suction"
 
 
 def test_other_settings_are_told_as_soon_as_they_hold(console: Served) -> None:

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from opensuction.report import anatomy, html
-from opensuction.report.anatomy import Depth
+from opensuction.report import airway_geometry, html
+from opensuction.report.airway_geometry import Depth
 
 router = APIRouter(tags=["Machine"])
 
@@ -37,15 +37,17 @@ def draw(
         ("Carina", "carina", carina_mm),
     ]
     depths = [Depth(name, kind, mm) for name, kind, mm in named if mm is not None]
-    listed = "; ".join(f"{one.name.lower()} at {one.mm:.1f} mm" for one in anatomy.visible(depths))
+    listed = "; ".join(
+        f"{one.name.lower()} at {one.mm:.1f} mm" for one in airway_geometry.visible(depths)
+    )
     return html.render_part(
         "anatomy_live.svg.j2",
-        drawing=anatomy.lay_out(depths, carina_mm, boundary_mm, LABEL_GAP_PX),
+        drawing=airway_geometry.lay_out(depths, carina_mm, boundary_mm, LABEL_GAP_PX),
         rail=RAIL_PX,
         boundary_mm=boundary_mm,
-        px_per_mm=anatomy.PX_PER_MM,
-        above_mm=anatomy.ABOVE_MM,
-        straight_mm=anatomy.STRAIGHT_MM,
+        px_per_mm=airway_geometry.PX_PER_MM,
+        above_mm=airway_geometry.ABOVE_MM,
+        straight_mm=airway_geometry.STRAIGHT_MM,
         description=(
             "Tracheostomy tube, trachea and main bronchi from the front, with conduit, drive "
             "head and catheter as they "

@@ -8,7 +8,7 @@ from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
 from opensuction.console.access import Here, Holder, check_reason, may, may_change
 from opensuction.console.guard.problem import documented
-from opensuction.console.setup import acceptance, bedside, change, identification
+from opensuction.console.setup import acceptance, bedside, change, machine_identification
 from opensuction.console.setup.form import ReasonBody
 
 router = APIRouter(tags=["Identification"])
@@ -27,8 +27,8 @@ def read_identification(
         "calibrated_by": found.calibrated_by,
         "compensation": found.compensation.name.lower().replace("_", "-"),
         "is_bench": found.person is None,
-        "measured": identification.MEASURED,
-        "runs": [acceptance.shown(site, one) for one in identification.RUNS.list()[:1]],
+        "measured": machine_identification.MEASURED,
+        "runs": [acceptance.shown(site, one) for one in machine_identification.RUNS.list()[:1]],
     }
 
 
@@ -41,7 +41,7 @@ def begin_identification(
     found = bedside.basis_of(site)
     detail = f"a simulated machine of this kind; reason: {reason}"
     change.record(site, who.account, "identify-kind", detail, body.key)
-    return acceptance.shown(site, identification.RUNS.begin(site, who, found))
+    return acceptance.shown(site, machine_identification.RUNS.begin(site, who, found))
 
 
 @router.get("/identification/{run}", responses=documented(401, 403, 404))
@@ -49,7 +49,7 @@ def read_run(
     run: Id, site: Here, _: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))]
 ) -> dict[str, Any]:
     """How far a run is, and what it found, with the loop of head and tip."""
-    return acceptance.shown(site, identification.RUNS.find(run))
+    return acceptance.shown(site, machine_identification.RUNS.find(run))
 
 
 @router.post("/identification/{run}/accept", responses=documented(401, 403, 404, 409, 503))
@@ -61,6 +61,6 @@ def accept_run(
 ) -> dict[str, Any]:
     """Have the machine at the bed go by what was found, while it is parked."""
     reason = check_reason(body.reason)
-    found = identification.RUNS.find(run)
+    found = machine_identification.RUNS.find(run)
     acceptance.accept(site, who, found, reason, body.version, body.key)
     return acceptance.shown(site, found)

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Response, WebSocket, WebSocketDisconnect
 from opensuction.accounts.rule.right import Right
 from opensuction.console.access import Here, Holder, may
 from opensuction.console.guard.problem import Problem, documented
-from opensuction.console.live import machine
+from opensuction.console.live import machine_description
 from opensuction.console.live.broadcast import Broadcast
 from opensuction.kernel.errors import InputError
 
@@ -26,7 +26,7 @@ def read_machine(
 ) -> dict[str, Any]:
     """Whose machine it is, its patient, what a cycle will do, its limits, and the words for it."""
     try:
-        return machine.tell(site.about(), site.hub.configuration().settings, site.hub)
+        return machine_description.tell(site.about(), site.hub.configuration().settings, site.hub)
     except InputError as error:
         raise Problem(503, f"no machine is set up: {error}") from None
 

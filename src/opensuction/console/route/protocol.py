@@ -17,9 +17,9 @@ from opensuction.console.access import (
     may_change,
 )
 from opensuction.console.guard.problem import documented
-from opensuction.console.setup import arithmetic, bedside, patient, protocol
+from opensuction.console.setup import arithmetic, bedside, patient, protocol_settings
 from opensuction.console.setup.form import DraftBody, PatientBody, ProtocolBody
-from opensuction.console.setup.protocol import Wanted
+from opensuction.console.setup.protocol_settings import Wanted
 
 router = APIRouter(tags=["Protocol"])
 
@@ -40,7 +40,7 @@ def read_protocol(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
 ) -> dict[str, Any]:
     """The protocol in force, its fields with units and ranges, and what else fits the patient."""
-    return protocol.shown(site)
+    return protocol_settings.shown(site)
 
 
 @router.post("/protocol/plan", responses=documented(401, 403, 409, 503))
@@ -51,7 +51,7 @@ def plan_protocol(
     __: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))],
 ) -> dict[str, Any]:
     """The planner's arithmetic of a draft, and every reason why it cannot be, field by field."""
-    return protocol.plan(site, _wanted(body))
+    return protocol_settings.plan(site, _wanted(body))
 
 
 @router.put("/protocol", responses=documented(401, 403, 409, 503))
@@ -59,8 +59,8 @@ def set_protocol(
     body: ProtocolBody, site: Here, who: Annotated[Session, Depends(may_set)]
 ) -> dict[str, Any]:
     """Set it on the machine that runs, while that is parked."""
-    protocol.put(site, who, _wanted(body), body.version, body.key, body.reason)
-    return protocol.shown(site)
+    protocol_settings.put(site, who, _wanted(body), body.version, body.key, body.reason)
+    return protocol_settings.shown(site)
 
 
 def _wanted(body: DraftBody) -> Wanted:

@@ -17,10 +17,10 @@ from opensuction.console.access import Here, Holder
 from opensuction.console.guard import problem
 from opensuction.console.guard.handler import of_error
 from opensuction.console.guard.problem import Problem, documented
-from opensuction.console.signals import request
+from opensuction.console.signals import signal_request
 from opensuction.console.signals.channel import CHANNELS, Channel, plain
 from opensuction.console.signals.feed import FRAMES_PER_S, Feed, FullError
-from opensuction.console.signals.request import CHANNELS_MOST
+from opensuction.console.signals.signal_request import CHANNELS_MOST
 from opensuction.console.signals.subscriber import Subscriber
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
@@ -91,8 +91,8 @@ def find_feed(site: Site, websocket: WebSocket) -> Feed:
 async def stream(websocket: WebSocket, site: Here) -> None:
     """Rows of the asked channels as they come: see `console.signals.frame`; words as JSON."""
     try:
-        channels = request.read_channels(websocket.query_params.get("channels", ""))
-        past_s = request.read_past_s(websocket.query_params.get("past_s"))
+        channels = signal_request.read_channels(websocket.query_params.get("channels", ""))
+        past_s = signal_request.read_past_s(websocket.query_params.get("past_s"))
         holder = await run_in_threadpool(_allow, site, websocket)
     except Problem as refused:
         await websocket.send_denial_response(problem.answer(refused))

@@ -4,9 +4,9 @@ from typing import Any
 
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import Problem
-from opensuction.console.setup import bedside, change, draft, identification
+from opensuction.console.setup import bedside, change, draft, machine_identification
 from opensuction.console.setup.change import Change
-from opensuction.console.setup.identification import RUNS, Run
+from opensuction.console.setup.machine_identification import RUNS, Run
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.progress import HOME_MM
@@ -22,7 +22,7 @@ def shown(site: Site, run: Run) -> dict[str, Any]:
 
     A head that is no longer where it is parked halts the machine, and a reset brings it there.
     """
-    told = identification.shown(run)
+    told = machine_identification.shown(run)
     shift_mm = halts = None
     if told["state"] == "found" and told["accepted_by"] is None:
         try:
@@ -39,7 +39,7 @@ def shown(site: Site, run: Run) -> dict[str, Any]:
 
 def accept(site: Site, who: Session, run: Run, reason: str, version: int, key: str) -> Basis:
     """Have the machine go by what was found, with a reason. Raises as `change.carry_out`."""
-    result = identification.result_of(run)
+    result = machine_identification.result_of(run)
     if run.process.poll() is None or result is None or not result["accepted"]:
         raise Problem(409, "nothing was found that could be accepted")
     with change.LOCK:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from opensuction.report import figures, headline, html, narrative, notice, series, wording
-from opensuction.report.cycle import anatomy, instant, requirement
+from opensuction.report.cycle import airway_drawing, instant, requirement
 from opensuction.report.series import Trace
 from opensuction.report.summary import (
     Summary,
@@ -96,7 +96,7 @@ def _plots(
         "target_mm": number(summary, "tip", "target_mm"),
         "focus_s": series.focus_s(summary),
         "is_quiet_after": _is_quiet_after(summary),
-        "cap_name": anatomy.cap_name(summary),
+        "cap_name": airway_drawing.cap_name(summary),
         "cap_mm": number(summary, "anatomy", "cap_mm"),
         "boundary_mm": number(summary, "anatomy", "patient_boundary_mm"),
         "setpoint_mmhg": number(summary, "vacuum", "setpoint_mmhg"),
@@ -136,7 +136,7 @@ def render(
         "requirements": requirement.requirements(summary),
         "check_items": rows(value(summary, "check") or {}, "items"),
         "phases": phases,
-        "drawing": anatomy.drawing(summary),
+        "drawing": airway_drawing.drawing(summary),
         "trips": rows(summary, "trips"),
         "alarms": notice.notices(summary),
         "run": _ran(summary),

@@ -1,10 +1,10 @@
-"""Check that no docstring of a module opens with a question word."""
+"""Check of the form of modules: docstrings that do not ask, names that are not shared."""
 
 from pathlib import Path
 
 import pytest
 
-from tools.traceability import docstring
+from tools.traceability import module_form
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from tools.traceability import docstring
     ],
 )
 def test_a_question_word_is_found(text: str, word: str) -> None:
-    assert docstring.question_word(f"'''{text}'''\nX = 1\n") == word
+    assert module_form.question_word(f"'''{text}'''\nX = 1\n") == word
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_a_question_word_is_found(text: str, word: str) -> None:
     ],
 )
 def test_any_other_beginning_is_none(source: str) -> None:
-    assert docstring.question_word(source) is None
+    assert module_form.question_word(source) is None
 
 
 def test_each_module_is_one_line_with_the_word_and_the_remedy() -> None:
@@ -47,9 +47,23 @@ def test_each_module_is_one_line_with_the_word_and_the_remedy() -> None:
         "src/c.py": '"""A pump."""',
         "benchmarks/a.py": '"""Why."""',
     }
-    assert docstring.problems(sources) == [
+    assert module_form.problems(sources) == [
         'src/b.py: its docstring opens with "How"; name the thing, or say what it does',
         'benchmarks/a.py: its docstring opens with "Why"; name the thing, or say what it does',
+    ]
+
+
+def test_a_name_is_there_once_in_a_package_of_the_product() -> None:
+    shared = ["src/opensuction/a/b/limit.py", "src/opensuction/a/limit.py"]
+    others = [
+        "src/opensuction/c/limit.py",
+        "src/opensuction/a/__init__.py",
+        "src/opensuction/a/b/__init__.py",
+        "tests/a/limit.py",
+        "tests/a/b/limit.py",
+    ]
+    assert module_form.problems(dict.fromkeys(shared + others, "")) == [
+        f"{', '.join(shared)}: one name in one package; say in it what each is of"
     ]
 
 
@@ -60,4 +74,4 @@ def test_the_folders_that_are_type_checked_are_read(tmp_path: Path) -> None:
         path.parent.mkdir(parents=True)
         path.write_text(f'"""What {name} is."""\n')
     (tmp_path / "src" / "notes.md").write_text("What is not Python.\n")
-    assert list(docstring.read(tmp_path)) == ["src/room/b.py", "tests/a.py"]
+    assert list(module_form.read(tmp_path)) == ["src/room/b.py", "tests/a.py"]

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from opensuction.report import anatomy, figures
-from opensuction.report.anatomy import Depth, Mark, Tick, y_px
+from opensuction.report import airway_geometry, figures
+from opensuction.report.airway_geometry import Depth, Mark, Tick, y_px
 from opensuction.report.summary import Summary, is_inside, number
 from opensuction.report.wording import depth_words, quantity
 
@@ -18,7 +18,7 @@ class Drawing(NamedTuple):
     tube_end_px: float
     carina_px: float | None
     upper_end: str
-    """All down to the ticks: as of `anatomy.Still`."""
+    """All down to the ticks: as of `airway_geometry.Still`."""
     marks: list[Mark]
     ticks: list[Tick]
     now_px: float | None
@@ -60,16 +60,16 @@ def drawing(summary: Summary) -> Drawing | None:
     deepest = number(summary, "tip", "deepest_mm")
     if deepest is None:
         return None
-    depths = anatomy.visible(_depths(summary))
+    depths = airway_geometry.visible(_depths(summary))
     boundary = number(summary, "anatomy", "patient_boundary_mm")
-    still = anatomy.lay_out(depths, number(summary, "anatomy", "carina_mm"), boundary)
+    still = airway_geometry.lay_out(depths, number(summary, "anatomy", "carina_mm"), boundary)
     listed = "; ".join(f"{name.lower()} at {depth:.1f} mm" for name, _, depth in depths)
     kinds = {kind: depth for _, kind, depth in depths}
     caption = _caption(summary, "deepest" in kinds)
     return Drawing(
         **still._asdict(),
         now_px=y_px(kinds["now"]) if "now" in kinds else None,
-        bend_share=anatomy.bend_share(number(summary, "tip", "end_mm"), boundary),
+        bend_share=airway_geometry.bend_share(number(summary, "tip", "end_mm"), boundary),
         deepest_px=y_px(kinds["deepest"]) if "deepest" in kinds else None,
         caption=caption,
         description=(

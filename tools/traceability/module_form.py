@@ -1,16 +1,19 @@
-"""Form of module docstrings: the first word is no question word.
+"""Form of modules: a docstring that does not ask, a name of its own in its package.
 
 A docstring's first line names the thing or says what it does: "Access rights", not "Who may do
-what".
+what". Two modules of one name in one package of `opensuction` would be mistaken for each other.
 """
 
 import ast
 import re
 import tomllib
-from pathlib import Path
+from collections import defaultdict
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath
 
 from tools.traceability.matrix import ROOT
 
+PRODUCT = PurePosixPath("src/opensuction")
 QUESTION_WORD = re.compile(r"\W*(what|whether|who|whose|whom|how|where|when|which|why)\b", re.I)
 
 
@@ -33,10 +36,26 @@ def read(root: Path = ROOT) -> dict[str, str]:
 
 
 def problems(sources: dict[str, str]) -> list[str]:
-    """Modules whose docstring opens with a question word, a line each."""
+    """Modules whose docstring opens with a question word, or that share a name, a line each."""
     words = {name: question_word(source) for name, source in sources.items()}
-    return [
+    asking = [
         f'{name}: its docstring opens with "{word}"; name the thing, or say what it does'
         for name, word in words.items()
         if word is not None
+    ]
+    return asking + _name_sharing(sources)
+
+
+def _name_sharing(names: Iterable[str]) -> list[str]:
+    """Modules of the product that have the name of another one in the same package, a line each."""
+    alike: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for name in names:
+        path = PurePosixPath(name)
+        if path.is_relative_to(PRODUCT) and not path.stem.startswith("__"):
+            package = path.relative_to(PRODUCT).parts[0]
+            alike[package, path.stem].append(name)
+    return [
+        f"{', '.join(paths)}: one name in one package; say in it what each is of"
+        for paths in alike.values()
+        if len(paths) > 1
     ]
