@@ -20,8 +20,8 @@ from opensuction.console.guard.guard import Guard
 from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.guard.problem import MEDIA_TYPE, ProblemBody, documented
 from opensuction.console.guard.rates import Rates
-from opensuction.console.live.asking import Asking
 from opensuction.console.live.broadcast import Broadcast
+from opensuction.console.live.button_press import Asking
 from opensuction.console.live.last_cycle import LastCycle
 from opensuction.console.route import (
     account,

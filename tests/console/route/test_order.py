@@ -14,7 +14,7 @@ from opensuction.console.access import leave_turn, wait_turn
 from opensuction.console.app import ROUTES
 from opensuction.console.guard.limits import UNHURRIED, Limits
 from opensuction.console.guard.origin import SAFE
-from opensuction.console.live.asking import Asked, Asking
+from opensuction.console.live.button_press import Asked, Asking
 from opensuction.kernel.errors import InputError
 from tests.console.listening import listening
 from tests.console.pressing import LONG_S, REQUESTS, Pressing, pressing

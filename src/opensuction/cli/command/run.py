@@ -173,12 +173,13 @@ def ask(options: AskOptions) -> int:
     """Carry out ``ask``; returns the exit status. Raises InputError where nobody answers."""
     import getpass
 
-    from opensuction.session.running import asking
+    from opensuction.runtime.controller_request import PRESSED
+    from opensuction.session.running import button_press
 
     who = options.who or getpass.getuser()
-    answer = asking.ask(options.name, options.request, who)
-    show(options.as_json, answer, lambda console: console.print(asking.say(answer)))
-    return exit_status.DONE if answer["verdict"] == asking.PRESSED else exit_status.FAILED
+    answer = button_press.ask(options.name, options.request, who)
+    show(options.as_json, answer, lambda console: console.print(button_press.say(answer)))
+    return exit_status.DONE if answer["verdict"] == PRESSED else exit_status.FAILED
 
 
 RUN = Command(

@@ -19,7 +19,7 @@ class Limits(NamedTuple):
     """For the whole of it."""
     place_s: float = 2.0
     """For the body of a change, which keeps later ones of its session waiting; as old as a request
-    may be that the control loop obeys (`exchange.mailbox.STALE_NS`)."""
+    may be that the control loop obeys (`ipc.mailbox.STALE_NS`)."""
     turn_s: float = 5.0
     """A change waits no longer for its session's earlier ones: then it may mean another machine."""
     files: Rate = Rate(500.0, 4000.0)

@@ -13,7 +13,7 @@ from opensuction.console.access import Here, allow_change, check_reason, find_na
 from opensuction.console.guard import origin
 from opensuction.console.guard.body import STOP
 from opensuction.console.guard.problem import Problem, documented
-from opensuction.console.live.asking import Asked, Asking
+from opensuction.console.live.button_press import Asked, Asking
 from opensuction.console.site import Site
 from opensuction.records.entry import Action
 from opensuction.runtime.journal import ANYBODY

@@ -1,6 +1,7 @@
-"""Present state of the machine as set-up needs it, from its newest row."""
+"""The machine as set-up needs it: its present state, from its newest row, and its buttons."""
 
 import time
+from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.console.guard.problem import Problem
@@ -9,10 +10,13 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.teaching import SENTENCES, Taught
+from opensuction.runtime import controller_request
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
 
+ANSWERS_S = 2.0
+"""Longest wait for an answer: other settings are taken up in some ticks."""
 STALE_S = 0.5
 """An older row says nothing of now."""
 _PHASE, _TAUGHT, _TAUGHT_MM, _AWAY, _BRINGING, _AGE, _HEAD, _INSIDE = (
@@ -90,3 +94,21 @@ def require_parked(found: Now) -> None:
         raise Problem(
             409, f"only while the machine is parked, and it is {found.phase_name.replace('-', ' ')}"
         )
+
+
+def ask(folder: Path, what: str, who: str, key: str) -> str:
+    """The loop's verdict on a request. Raises Problem 503 where no controller answers."""
+    try:
+        verdict = controller_request.ask(folder, what, who, key, ANSWERS_S)
+    except (InputError, OSError) as error:
+        raise Problem(503, f"no controller takes requests now: {error}") from None
+    if verdict is None:
+        raise Problem(503, "the controller does not answer; the bedside view shows what it does")
+    return verdict
+
+
+def press(folder: Path, button: str, who: str, key: str) -> None:
+    """Press a button. Raises Problem 409 where the loop refuses it."""
+    verdict = ask(folder, button, who, key)
+    if verdict != controller_request.PRESSED:
+        raise Problem(409, controller_request.explain(verdict))

@@ -8,7 +8,7 @@ from typing import Any
 
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import FieldError, Problem
-from opensuction.console.setup import asked, bedside, change
+from opensuction.console.setup import bedside, change
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
@@ -51,7 +51,7 @@ def put(site: Site, who: Session, label: str, key: str) -> None:
         _check_label(site, label)
         detail = f"{told.catheter.label} -> {label}, {told.catheter.size_fr} Fr"
         change.record(site, who.account, "change-catheter", detail, key)
-        asked.press(site.folder, "changed", who.account, key)
+        bedside.press(site.folder, "changed", who.account, key)
         ends_s = time.monotonic() + SEEN_S
         while bedside.now(site).catheter_age_s > NEW_S:
             if time.monotonic() > ends_s:

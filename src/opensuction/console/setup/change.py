@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.console.guard.problem import FieldError, Problem
-from opensuction.console.setup import asked, bedside
+from opensuction.console.setup import bedside
 from opensuction.console.site import Site
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import configuration, setup
@@ -24,7 +24,7 @@ from opensuction.procedure.planning import teaching_limit
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Action, SettingsFile
-from opensuction.runtime import control_process, machine_identity, paths
+from opensuction.runtime import control_process, controller_request, machine_identity, paths
 from opensuction.runtime.loop import SET
 from opensuction.runtime.machine_identity import About
 from opensuction.session.running import basis as bases
@@ -121,7 +121,7 @@ def carry_out(site: Site, change: Change) -> Basis:
         private_file.write(files[0], configuration.to_json(chosen))
         machine_identity.write(folder, _about(site, change), files[1].name)
         bases.write(folder, following, files[2].name)
-        verdict = asked.ask(folder, SET_PROTOCOL, change.who, key)
+        verdict = bedside.ask(folder, SET_PROTOCOL, change.who, key)
     except OSError as error:
         raise Problem(503, f"the settings could not be written: {error.strerror}") from None
     # Without an answer they stay: the controller may just be reading them.
@@ -130,7 +130,7 @@ def carry_out(site: Site, change: Change) -> Basis:
             file.unlink(missing_ok=True)
         with contextlib.suppress(InputError):
             record(site, change.who, f"{change.what}-refused", verdict, key)
-        raise Problem(409, asked.explain(verdict))
+        raise Problem(409, controller_request.explain(verdict))
     return following
 
 

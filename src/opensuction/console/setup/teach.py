@@ -11,7 +11,7 @@ from typing import Any
 
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import Problem
-from opensuction.console.setup import asked, bedside, change, draft
+from opensuction.console.setup import bedside, change, draft
 from opensuction.console.setup.bedside import Now
 from opensuction.console.setup.change import Change
 from opensuction.console.site import Site
@@ -148,7 +148,7 @@ def take_step(site: Site, who: Session, step: Step, version: int, key: str) -> N
             return
         if step in BUTTONS:
             _put_hand_away(site, found, step)
-            asked.press(site.folder, BUTTONS[step], who.account, key)
+            bedside.press(site.folder, BUTTONS[step], who.account, key)
             if step == Step.CONFIRM and site.about().machine.is_twin:
                 # It presses on the carina no longer than it must: the governor allows 2 s.
                 _hold(site, found, HandTask.DRAW)

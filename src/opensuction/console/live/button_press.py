@@ -18,17 +18,16 @@ from opensuction.console.live.row import Row
 from opensuction.console.live.state import refused
 from opensuction.ipc.event_ring import COLUMNS, Event, EventReader
 from opensuction.ipc.followed_ring import FollowedRing
-from opensuction.ipc.mailbox import PATIENCE_S, Sender
+from opensuction.ipc.mailbox import PATIENCE_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
-from opensuction.records.database import utc_time
-from opensuction.runtime.paths import ASK, EVENTS
+from opensuction.runtime import controller_request
+from opensuction.runtime.controller_request import LOOKS_S, PRESSED
+from opensuction.runtime.paths import EVENTS
 
-PRESSED = "pressed"
 ANSWERS_S = 0.5
 """Within this time an answer is there: five hundred ticks."""
-LOOKS_S = 0.002
 WRITTEN_S = 0.05
 """Within this time after an answer its row is there."""
 KEYS_KEPT = 1024
@@ -49,7 +48,7 @@ class Answered(NamedTuple):
     """What became of it."""
 
     verdict: str
-    """See `exchange.mailbox.Answer`."""
+    """See `ipc.mailbox.Answer`."""
     refusal: dict[str, str] | None
     """Why the core refused it, though the button went down."""
     phase: str
@@ -138,11 +137,7 @@ class Asking:
             )
 
     def _put(self, asked: Asked, patience_s: float) -> None:
-        sender = Sender(self._folder / ASK, asked.who, patience_s)
-        try:
-            sender.ask(asked.ask, asked.key, utc_time.now().isoformat())
-        finally:
-            sender.close()
+        controller_request.send(self._folder, asked.ask, asked.who, asked.key, patience_s)
 
     async def _row_after(self, tick: int) -> Row | None:
         """The row of that tick, or a later one; None where the controller has ended meanwhile."""
