@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.runtime import launch
+from opensuction.machine.twin import twin_machine
 from tests.cli.command import opensuction
 from tests.controller.bedside import at_bed
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.real_time
 @pytest.fixture(scope="module")
 def twin() -> Iterator[str]:
     with tempfile.TemporaryDirectory(dir="/dev/shm") as folder:
-        process = launch.start_twin(Path(folder), *at_bed("neonate"), seed=1)
+        process = twin_machine.start(Path(folder), *at_bed("neonate"), seed=1)
         yield folder
         process.terminate()
         process.communicate(timeout=10.0)

@@ -16,15 +16,16 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.devices import twin_machine
-from opensuction.devices.ports import Port
-from opensuction.devices.twin_machine import TwinMachine
 from opensuction.kernel.codegen import row
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import Readings
+from opensuction.machine.port import Port
+from opensuction.machine.twin import twin_machine
+from opensuction.machine.twin.twin_machine import TwinMachine
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.machine_side import SENT_COLUMNS, MachineSide
+from opensuction.simulation.machine_side import MachineSide
 from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
@@ -117,9 +118,9 @@ def come_home(machine: Machine) -> None:
 
 
 def sent(**values: float) -> np.ndarray:
-    made = np.zeros(len(SENT_COLUMNS))
+    made = np.zeros(len(MESSAGE_COLUMNS))
     for name, value in values.items():
-        made[SENT_COLUMNS.index(name if name in SENT_COLUMNS else f"commands.{name}")] = value
+        made[MESSAGE_COLUMNS.index(name if name in MESSAGE_COLUMNS else f"commands.{name}")] = value
     return made
 
 
@@ -157,7 +158,7 @@ def test_it_says_what_it_is(port: Port) -> None:
     assert isinstance(facts.in_silico, bool)
     assert 0.0 < facts.period_s < facts.watchdog_s < 0.1
     assert set(facts.most) >= OBEYED
-    assert set(facts.most) <= set(SENT_COLUMNS)
+    assert set(facts.most) <= set(MESSAGE_COLUMNS)
     assert all(0.0 < most < np.inf for most in facts.most.values())
     assert json.loads(json.dumps(facts._asdict())) == facts._asdict()  # it is kept as text
 
@@ -245,7 +246,7 @@ def test_a_command_with_anything_in_it_that_is_no_number_is_none(port: Port, fir
 
     first: of the values, which the fields have by turns.
     """
-    for turn, column in enumerate(SENT_COLUMNS, first):
+    for turn, column in enumerate(MESSAGE_COLUMNS, first):
         greet(port)
         drive(port, 0.2, insertion_v=20.0, insertion_on=1.0)
         before = read(port, "head_mm")

@@ -11,6 +11,7 @@ from typing import Self
 import numpy as np
 
 from opensuction.control.compensation import CompensationKind
+from opensuction.controller.configuration import Configuration
 from opensuction.ipc.event_ring import EventWriter
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.mailbox import Mailbox, answer
@@ -68,7 +69,7 @@ class WrittenMachine:
         loop, _ = at_bed("neonate")
         self.folder = folder
         if not (folder / RING).exists():
-            launch.configure(folder, loop)
+            launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
             basis.write(folder, at_the_bed("neonate", CompensationKind.EXACT_INVERSE))
             machine_identity.write(folder, ABOUT._replace(database=database))
         self._mailbox = Mailbox(folder / ASK)

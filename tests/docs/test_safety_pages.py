@@ -143,9 +143,9 @@ def imported() -> dict[str, set[str]]:
 
 
 LOCAL = {
-    "devices/faulty_twin.py",
-    "devices/twin_faults.py",
-    "devices/twin_machine.py",
+    "machine/twin/faulty_twin.py",
+    "machine/twin/twin_faults.py",
+    "machine/twin/twin_machine.py",
     "ipc/mailbox.py",
 }
 """Where processes of one machine send each other something."""

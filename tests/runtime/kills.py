@@ -20,12 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.devices.live_judge import LiveJudge
-from opensuction.devices.twin_process import SHOWN
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.process_lock import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.machine.twin.live_judge import LiveJudge
+from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle

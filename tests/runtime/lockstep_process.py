@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from opensuction.devices.ports import Facts
-from opensuction.devices.twin_machine import READINGS
-from opensuction.devices.twin_process import TwinPlayer, most_obeyed, playing
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
+from opensuction.machine.port import Facts
+from opensuction.machine.twin.twin_machine import READINGS
+from opensuction.machine.twin.twin_process import TwinPlayer, most_obeyed, playing
 from opensuction.runtime import control_process
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.machine_side import SENT_COLUMNS
 from opensuction.twin.machine import drive_watchdog
 
 RATE = 3
@@ -32,7 +32,7 @@ class LockstepTwin:
         most = most_obeyed(twin.call)
         self.facts = Facts("lockstep twin", "", True, DT_S, drive_watchdog.SILENCE_S, most)
         self._twin, self._number = twin, 0
-        twin.step(np.zeros(len(SENT_COLUMNS)), new=False)
+        twin.step(np.zeros(len(MESSAGE_COLUMNS)), new=False)
 
     def read(self, readings: Array) -> int:
         """See `ports.Port.read`."""

@@ -13,12 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.devices import twin_machine
-from opensuction.devices.twin_process import SHOWN
+from opensuction.controller.configuration import Configuration
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.process_lock import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.machine.twin import twin_machine
+from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.runtime import launch, machine_identity
 from opensuction.runtime.loop import ROW_COLUMNS
@@ -51,14 +52,14 @@ class Room:
         loop, state = hurried(REST_S)
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
         self.cap_mm = loop.controller.limits.cap_mm
-        launch.configure(folder, loop)
+        launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
         self.twin: subprocess.Popen[bytes] | None = None
         self.controller = LOCKSTEP if in_step else launch.CONTROL
         if in_step:
             plant = PlantState(state.machine, state.bedside)
-            twin_machine.prepare(folder, launch.side_of(loop, seed=1), plant)
+            twin_machine.prepare(folder, twin_machine.side_of(loop, seed=1), plant)
         else:
-            self.twin = launch.start_twin(folder, loop, state, seed=1)
+            self.twin = twin_machine.start(folder, loop, state, seed=1)
         self.control: subprocess.Popen[bytes] | None = None
         self.recorder: subprocess.Popen[bytes] | None = None
         self.person = Sender(folder / ASK, "nurse")

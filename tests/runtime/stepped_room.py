@@ -12,21 +12,22 @@ from typing import SupportsFloat, cast
 import numpy as np
 
 from opensuction.controller.real_time_call import RealTimeCall
-from opensuction.devices.ports import Facts
-from opensuction.devices.twin_machine import READINGS
 from opensuction.ipc.deadline_scheduler import NS_PER_S
 from opensuction.ipc.event_ring import EventWriter
 from opensuction.ipc.heartbeat import Heartbeat
 from opensuction.ipc.mailbox import Answer, Asked, Mailbox
 from opensuction.ipc.ring import RingWriter
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.runtime import launch
+from opensuction.machine.port import Facts
+from opensuction.machine.twin import twin_machine
+from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.runtime.loop import ROW_COLUMNS, Around, ControlLoop
 from opensuction.simulation import machine_side
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.simulation.machine_side import SENT_COLUMNS, SHOWN_COLUMNS, MachineCall
+from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineCall
 from opensuction.twin.machine import drive_watchdog
 from opensuction.twin.plant import PlantState
 
@@ -40,9 +41,9 @@ class SteppedMachine:
 
     def __init__(self, loop: Loop, state: LoopState) -> None:
         plant = PlantState(state.machine, state.bedside)
-        self.call = MachineCall(machine_side.begin(launch.side_of(loop, seed=1), plant))
+        self.call = MachineCall(machine_side.begin(twin_machine.side_of(loop, seed=1), plant))
         self.facts = Facts("stepped twin", "", True, DT_S, drive_watchdog.SILENCE_S, {})
-        self._sent, self._new, self.number = np.zeros(len(SENT_COLUMNS)), False, 0
+        self._sent, self._new, self.number = np.zeros(len(MESSAGE_COLUMNS)), False, 0
         self.shown: list[Array] = []
         """What it gave in each tick, by `SHOWN_COLUMNS`."""
         self.stands_still = False

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.devices import twin_faults
-from opensuction.devices.live_judge import LiveJudge
 from opensuction.kernel.phase import RESTING, Phase
+from opensuction.machine.twin import twin_faults
+from opensuction.machine.twin.live_judge import LiveJudge
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
 from opensuction.session.cycle import fault_choice

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from opensuction.devices.twin_machine import READINGS
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import START
+from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.closed_loop import DT_S

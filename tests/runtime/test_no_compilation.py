@@ -20,12 +20,12 @@ import numpy as np
 import pytest
 from numba.core import event
 
-from opensuction.devices.twin_machine import READINGS
 from opensuction.ipc import mailbox
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.duration import extend
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, NO_REQUESTS, START, Requests
+from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.simulation.injection.faulty_machine import is_of_machine
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin.fault.fault_table import ROWS

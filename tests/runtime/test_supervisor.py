@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.devices.twin_process import SHOWN
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.process_lock import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING
+from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.runtime import launch
 from opensuction.runtime.paths import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
 from opensuction.runtime.supervised_process import HUNG_S

@@ -5,6 +5,7 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS, DriveMessage
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import START
 from opensuction.procedure.planning.protocol import PAPER
@@ -14,7 +15,6 @@ from opensuction.simulation import machine_side, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import (
-    SENT_COLUMNS,
     SHOWN_COLUMNS,
     MachineCall,
     MachineSide,
@@ -54,7 +54,9 @@ def test_under_a_cycles_commands_it_moves_and_reads_as_in_the_closed_loop(patien
     names = [name for name in SHOWN_COLUMNS if name.startswith(("readings.", "truth."))]
     places = [SHOWN_COLUMNS.index(name) for name in names]
     expected = np.stack([columns[name] for name in names], axis=1)
-    sent = np.stack([columns.get(name, np.zeros(len(expected))) for name in SENT_COLUMNS], axis=1)
+    sent = np.stack(
+        [columns.get(name, np.zeros(len(expected))) for name in MESSAGE_COLUMNS], axis=1
+    )
     assert np.ptp(columns["truth.tip_mm"]) > 50.0
     for tick in range(len(expected) - 1):
         call.step(sent[tick], new=True)
@@ -67,9 +69,9 @@ def shown(call: MachineCall, name: str) -> float:
 
 
 def sent_row(**values: float) -> np.ndarray:
-    row = plain_row.pack(machine_side.Sent, make_zero(machine_side.Sent))
+    row = plain_row.pack(DriveMessage, make_zero(DriveMessage))
     for name, value in values.items():
-        row[SENT_COLUMNS.index(name.replace("__", "."))] = value
+        row[MESSAGE_COLUMNS.index(name.replace("__", "."))] = value
     return row
 
 

@@ -109,7 +109,7 @@ FAULTS = (
     ),
     Fault(
         "drives obey a controller that has not started anew",
-        "devices/twin_process.py",
+        "machine/twin/twin_process.py",
         "self._greeted or row[_RELEASED] != 0.0",
         "True",
         "tests/conformance/test_port.py"

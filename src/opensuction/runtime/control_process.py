@@ -24,8 +24,6 @@ from opensuction.controller import configuration, controller
 from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
-from opensuction.devices.ports import Port
-from opensuction.devices.twin_machine import TwinMachine
 from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, harden
 from opensuction.ipc.event_ring import EventReader, EventWriter
 from opensuction.ipc.heartbeat import Heartbeat, Process
@@ -37,6 +35,8 @@ from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array
+from opensuction.machine import backend
+from opensuction.machine.port import Port
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S, Interlocks
 from opensuction.runtime.loop import (
     ROW_COLUMNS,
@@ -222,7 +222,7 @@ def _read_configuration(folder: Path) -> Configuration:
 def serve(
     folder: Path,
     period_ns: int = PERIOD_NS,
-    attach: Callable[[Path], Port] = TwinMachine,
+    attach: Callable[[Path], Port] = backend.attach,
     pace: Callable[[int], Pacing] = DeadlineScheduler,
 ) -> None:
     """Control the machine of a folder until the process is told to end.

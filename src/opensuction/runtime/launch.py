@@ -11,21 +11,12 @@ from pathlib import Path
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.devices import twin_machine
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.runtime.control_process import PERIOD_NS
 from opensuction.runtime.paths import CONFIGURATION, RING
-from opensuction.simulation.closed_loop import Loop, LoopState
-from opensuction.simulation.machine_side import MachineSide
-from opensuction.simulation.wiring import Wiring
-from opensuction.twin import preset
-from opensuction.twin.fault import link
-from opensuction.twin.fault.bus import Bus
-from opensuction.twin.machine import drive_watchdog
-from opensuction.twin.plant import PlantState
 
 BEGINS_S = 180.0
 """Longest time until a process does its work: it may have to compile first."""
@@ -39,30 +30,9 @@ CONTROL, RECORDER, SUPERVISOR, CONSOLE = (
 """Modules of the processes. The console's room lies above this one, which only starts it."""
 
 
-def side_of(loop: Loop, seed: int) -> MachineSide:
-    """The machine of a loop as a process plays it: its rack ends, its drives watch over messages.
-
-    seed: chance of a link that loses messages.
-    """
-    home_mm = loop.controller.limits.park_head_mm
-    machine = preset.limit_rack(loop.machine, home_mm)
-    return MachineSide(machine, Wiring(link.healthy(seed), drive_watchdog.of(machine, home_mm)))
-
-
-def start_twin(
-    folder: Path, loop: Loop, state: LoopState, seed: int, carrier: Bus | None = None
-) -> subprocess.Popen[bytes]:
-    """The twin's process with a machine at rest. Raises InputError where it does not play.
-
-    carrier: the bus between it and its controllers; None where messages are there at once.
-    """
-    plant = PlantState(state.machine, state.bedside)
-    return twin_machine.launch(folder, side_of(loop, seed), plant, carrier)
-
-
-def configure(folder: Path, loop: Loop) -> None:
-    """What the controller of this folder is set to."""
-    text = configuration.to_json(Configuration(loop.controller, loop.heads_mm))
+def configure(folder: Path, chosen: Configuration) -> None:
+    """Write down what the controller of a folder is set to."""
+    text = configuration.to_json(chosen)
     private_file.write(folder / CONFIGURATION, text)
 
 

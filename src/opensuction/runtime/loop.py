@@ -16,17 +16,17 @@ from opensuction.controller.real_time_call import (
     STATE_COLUMNS,
     RealTimeCall,
 )
-from opensuction.devices.ports import Port
 from opensuction.ipc import mailbox
 from opensuction.ipc.event_ring import EventWriter
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.ipc.ring import RingWriter
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.machine.port import Port
 from opensuction.runtime.absence import LOST_S, WATCHED, is_lost
-from opensuction.simulation.machine_side import SENT_COLUMNS
 
 TIMING_COLUMNS = (
     "loop.time_s",
@@ -89,9 +89,9 @@ _VALID = [i for i, name in enumerate(INPUT_COLUMNS) if name.endswith("_valid")]
 _PHASE = OUTPUT_COLUMNS.index("phase")
 _COMMANDS = _places(OUTPUT_COLUMNS, "commands")
 _PRESENT, _LATCHED = (OUTPUT_COLUMNS.index(name) for name in ("signals.present", "signals.latched"))
-_SENT_COMMANDS = _places(SENT_COLUMNS, "commands")
+_SENT_COMMANDS = _places(MESSAGE_COLUMNS, "commands")
 _SENT_WANTED, _SENT_RESET, _SENT_RELEASED = (
-    SENT_COLUMNS.index(name) for name in ("wanted", "reset", "released")
+    MESSAGE_COLUMNS.index(name) for name in ("wanted", "reset", "released")
 )
 
 
@@ -119,7 +119,7 @@ class ControlLoop:
         self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
         self._readings = self._inputs[_READINGS]
         self._decide = call.bind(self._inputs, self._outputs)
-        self._sent = np.zeros(len(SENT_COLUMNS))
+        self._sent = np.zeros(len(MESSAGE_COLUMNS))
         self._row[_LEFT_REST] = AT_REST
         self._number, self._same = 0, 0
         self._released_tick, self._reset_tick = 0, NEVER

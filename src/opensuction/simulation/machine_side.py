@@ -15,6 +15,7 @@ from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.compiler.typed_call import TypedCall
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS, DriveMessage
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array, make_zero
 from opensuction.simulation.closed_loop import DT_S
@@ -47,18 +48,6 @@ class MachineSideState(NamedTuple):
     annunciator: Annunciator
 
 
-class Sent(NamedTuple):
-    """What a controller sends."""
-
-    commands: Commands
-    wanted: int
-    """Mask of the conditions that people shall be told."""
-    reset: bool
-    """A person pressed the button."""
-    released: bool
-    """The controller has just started: drives that act on their own obey it again."""
-
-
 class Shown(NamedTuple):
     """What the machine gives, and what is so, after a tick."""
 
@@ -73,9 +62,8 @@ class Shown(NamedTuple):
     truth: Truth
 
 
-SENT_COLUMNS = row.columns(Sent)
 SHOWN_COLUMNS = row.columns(Shown)
-"""Columns of the two rows that pass."""
+"""Columns of the row that it gives; of the one that it takes: `kernel.drive_message`."""
 
 _HAND = [
     i
@@ -86,7 +74,7 @@ _HAND = [
 _read_side = row.reader(MachineSide, checked=False)
 _read_state = row.reader_with_arrays(MachineSideState)
 _write_state = row.writer(MachineSideState, checked=False)
-_read_sent = row.reader(Sent, checked=False)
+_read_sent = row.reader(DriveMessage, checked=False)
 _write_shown = row.writer(Shown, checked=False)
 
 
@@ -100,7 +88,7 @@ class Past(NamedTuple):
 
 @compiled
 def _obey(
-    side: MachineSide, state: MachineSideState, sent: Sent, new: bool, past: Past
+    side: MachineSide, state: MachineSideState, sent: DriveMessage, new: bool, past: Past
 ) -> tuple[MachineSideState, Commands, Message]:
     """What the drives go by in this tick, and what is shown at the bedside."""
     wires, tick = side.wiring.link, state.tick
@@ -227,11 +215,11 @@ class MachineCall:
         self.shown_row = np.zeros(len(SHOWN_COLUMNS))
         """What it gave in the last tick, by `SHOWN_COLUMNS`."""
         kept, self._memory = self._memory, _memory_of(begun)
-        self.step(np.zeros(len(SENT_COLUMNS)), new=False)
+        self.step(np.zeros(len(MESSAGE_COLUMNS)), new=False)
         self._memory = kept
 
     def step(self, sent: Array, *, new: bool) -> None:
-        """One tick. sent: a row by `SENT_COLUMNS`. new: it has come since the last tick."""
+        """One tick. sent: a row by `MESSAGE_COLUMNS`. new: it has come since the last tick."""
         self._step(self.side_row, self._memory, sent, new, self.shown_row)
 
     def put_hand(self, state: HandState) -> None:

@@ -29,8 +29,6 @@ LIMIT_S = 90.0
 """No teaching lasts longer: the governor's time in the airway ends it before."""
 FINE_S = 0.02
 """How finely in time the button is pressed."""
-VACUUM_MMHG = 80.0
-"""Set point of the plan; the pump stays off."""
 
 
 class Teaching(NamedTuple):
@@ -53,7 +51,7 @@ def assemble(chosen: Rig, calibration: Calibration) -> tuple[Loop, LoopState]:
     age = chosen.site.age
     loop, state = rigs.assemble(
         chosen,
-        teaching_limit.protocol(age, VACUUM_MMHG),
+        teaching_limit.protocol(age, teaching_limit.IDLE_VACUUM_MMHG),
         CompensationKind.EXACT_INVERSE,
         calibration,
         TEACHING_RUN,

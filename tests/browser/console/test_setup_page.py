@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from opensuction.controller import configuration
-from opensuction.devices.twin_process import SHOWN
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import Phase
+from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.runtime import machine_identity
 from opensuction.runtime.paths import CONFIGURATION
 from opensuction.session.running import basis

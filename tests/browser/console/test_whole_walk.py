@@ -16,9 +16,9 @@ import httpx
 import pytest
 from playwright.sync_api import expect
 
-from opensuction.devices.twin_process import PLAYS
 from opensuction.ipc.process_lock import holder
 from opensuction.ipc.ring import RingReader
+from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records
 from opensuction.runtime import paths
 from opensuction.simulation.machine_side import SHOWN_COLUMNS

@@ -8,10 +8,12 @@ import pytest
 from opensuction.kernel.errors import InputError
 from opensuction.report import sheet
 from opensuction.report.calibration import calibration_page
+from opensuction.report.calibration.calibration_page import Excitation
 from opensuction.session.calibration import calibration_file, calibration_run
 from opensuction.session.calibration.calibration_run import VALIDATION_RUN, Calibrated
 from opensuction.session.choice import CalibrationChoice, RigChoice
 from opensuction.simulation import rig as rigs
+from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.rig import IDENTIFICATION_RUN, Recording, Rig
 
 CHOICE = CalibrationChoice(RigChoice("bench", seed=5))
@@ -36,6 +38,13 @@ def judged(
     equipment = calibration_run.resolve(CHOICE)
     found = calibration_run.judged(equipment, compensation, sound[0], first, second)
     return calibration_file.confirmed(found, NOW)
+
+
+def excitations(found: Calibrated) -> tuple[Excitation, Excitation]:
+    first, second = (
+        Excitation(one.head_mm, one.laser_mm, DT_S) for one in (found.first, found.second)
+    )
+    return first, second
 
 
 def reason(found: Calibrated) -> str:
@@ -92,7 +101,7 @@ def test_a_run_that_was_broken_off_is_refused(sound: Sound) -> None:
     found = judged(sound, nothing, nothing)
     assert "Stroke of the first run is 0 mm" in reason(found)
     data = calibration_file.plain(found, NOW, 1.0, None)
-    page = calibration_page.page(data, found.first, found.second, found.predicted)
+    page = calibration_page.page(data, *excitations(found), found.predicted)
     assert "Refused" in sheet.render(page)
 
 
@@ -124,5 +133,5 @@ def test_a_machine_is_driven_by_a_model_with_lines_where_one_is_asked_for() -> N
     data = calibration_file.plain(found, NOW, 1.0, None)
     # The laser's .08 mm of noise is in it, and what creep leaves.
     assert 0.08 <= data["choice"]["driven_rmse_mm"] <= 0.12
-    page = sheet.render(calibration_page.page(data, found.first, found.second, found.predicted))
+    page = sheet.render(calibration_page.page(data, *excitations(found), found.predicted))
     assert found.drive.reason.split(":")[0] in page

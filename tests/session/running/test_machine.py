@@ -10,9 +10,9 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import configuration
-from opensuction.devices.twin_machine import TwinMachine
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
+from opensuction.machine.twin.twin_machine import TwinMachine
 from opensuction.records.records import Records
 from opensuction.runtime import paths
 from opensuction.session.choice import CycleChoice, RigChoice

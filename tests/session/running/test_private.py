@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.console.console_process import LOG_FILE, PrivateLog
-from opensuction.devices import twin_machine
-from opensuction.devices.twin_process import BEGUN
+from opensuction.controller.configuration import Configuration
 from opensuction.ipc import heartbeat
 from opensuction.ipc.event_ring import EventWriter
 from opensuction.ipc.heartbeat import Heartbeat
@@ -18,6 +17,9 @@ from opensuction.ipc.mailbox import Mailbox
 from opensuction.ipc.process_lock import ProcessLock
 from opensuction.ipc.read_checkpoint import ReadCheckpoint
 from opensuction.kernel.errors import InputError
+from opensuction.machine.backend import BACKEND
+from opensuction.machine.twin import twin_machine
+from opensuction.machine.twin.twin_process import BEGUN
 from opensuction.runtime import launch, machine_identity, paths
 from opensuction.session.running import basis, console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
@@ -26,13 +28,15 @@ from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
 from tests.session.running.test_basis import at_bed
 
+LOOP = hurried(2.0)[0]
+CHOSEN = Configuration(LOOP.controller, LOOP.heads_mm)
 CONSOLE = ConsoleSettings("127.0.0.1", 8080, "postgresql://anna:secret@server/records", "runs")
 
 
 def begin_twin(folder: Path) -> None:
     loop, state = hurried(2.0)
     twin_machine.prepare(
-        folder, launch.side_of(loop, seed=1), PlantState(state.machine, state.bedside)
+        folder, twin_machine.side_of(loop, seed=1), PlantState(state.machine, state.bedside)
     )
 
 
@@ -45,7 +49,7 @@ def listen(folder: Path) -> None:
 WRITERS: dict[str, Callable[[Path], object]] = {
     paths.ABOUT: lambda folder: machine_identity.write(folder, ABOUT),
     paths.BASIS: lambda folder: basis.write(folder, at_bed()),
-    paths.CONFIGURATION: lambda folder: launch.configure(folder, hurried(2.0)[0]),
+    paths.CONFIGURATION: lambda folder: launch.configure(folder, CHOSEN),
     paths.CONSOLE: lambda folder: console_settings.write(folder, CONSOLE),
     paths.MARK: lambda folder: ReadCheckpoint(folder / paths.MARK),
     paths.CONTROLS: lambda folder: ProcessLock(folder / paths.CONTROLS, "").close(),
@@ -55,6 +59,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     paths.ASK: listen,
     heartbeat.FILE: Heartbeat,
     BEGUN: begin_twin,
+    BACKEND: begin_twin,
     LOG_FILE: lambda folder: PrivateLog(folder / LOG_FILE).close(),
 }
 """What makes the file of a name in a machine's folder."""

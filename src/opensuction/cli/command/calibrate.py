@@ -26,8 +26,10 @@ class CalibrateOptions(NamedTuple):
 def _compute(options: CalibrateOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
     from opensuction.report import sheet
     from opensuction.report.calibration import calibration_page
+    from opensuction.report.calibration.calibration_page import Excitation
     from opensuction.session.calibration import calibration_file, calibration_run
     from opensuction.settings import identification_file
+    from opensuction.simulation.closed_loop import DT_S
 
     found = calibration_run.run(options.choice, progress.tell)
     now = datetime.now(tz=UTC)
@@ -39,7 +41,10 @@ def _compute(options: CalibrateOptions, progress: "ProgressTeller", folder: Path
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
     data = calibration_file.plain(found, now, progress.elapsed_s, path)
-    page = calibration_page.page(data, found.first, found.second, found.predicted)
+    first, second = (
+        Excitation(one.head_mm, one.laser_mm, DT_S) for one in (found.first, found.second)
+    )
+    page = calibration_page.page(data, first, second, found.predicted)
     files["report.html"] = sheet.render(page)
     files["calibrate.json"] = to_text(data)
     next_command = _next_command(options.choice.rig, data)

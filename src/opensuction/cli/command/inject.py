@@ -56,7 +56,7 @@ def _find(machine: Path) -> Path:
 
 def run(options: InjectOptions) -> int:
     """Ask the twin; returns the exit status. Raises InputError where it refuses."""
-    from opensuction.devices import twin_faults
+    from opensuction.machine.twin import twin_faults
     from opensuction.session.cycle import fault_choice
 
     faults = [fault_choice.parse(text) for text in options.faults]

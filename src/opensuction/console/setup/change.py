@@ -29,7 +29,6 @@ from opensuction.runtime.loop import SET
 from opensuction.runtime.machine_identity import About
 from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
-from opensuction.simulation.teaching import VACUUM_MMHG
 
 LOCK = threading.Lock()
 """Held by who changes something."""
@@ -73,7 +72,7 @@ def made(chosen: Basis, present: Configuration) -> Configuration:
     kind, calibration = chosen.compensation, chosen.calibration
     if chosen.is_teaching:
         kind = CompensationKind.EXACT_INVERSE
-        protocol = teaching_limit.protocol(chosen.site.age, VACUUM_MMHG)
+        protocol = teaching_limit.protocol(chosen.site.age, teaching_limit.IDLE_VACUUM_MMHG)
     else:
         protocol = chosen.protocol
     by_contact = chosen.by_contact and not chosen.is_teaching

@@ -16,21 +16,15 @@ from opensuction.console.setup.bedside import Now
 from opensuction.console.setup.change import Change
 from opensuction.console.site import Site
 from opensuction.controller import configuration
-from opensuction.devices import twin_faults
-from opensuction.devices.twin_hand import HandTask
-from opensuction.devices.twin_process import SHOWN
-from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
+from opensuction.machine import backend
+from opensuction.machine.port import HandTask, SimulatedHand
 from opensuction.procedure.cycle.teaching import PLAUSIBLE
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.runtime import paths
 from opensuction.session.running.basis import Basis
-from opensuction.simulation.machine_side import SHOWN_COLUMNS
-from opensuction.twin.machine import hand
 
-FELT_N = hand.PARAMETERS["felt_n"].value
-_CONTACT = SHOWN_COLUMNS.index("truth.contact_n")
 BENCH = "a bench has no carina to be taught: its protocol names its own travel"
 
 
@@ -121,13 +115,18 @@ def shown(site: Site) -> dict[str, Any]:
     }
 
 
-def _feels(site: Site) -> bool | None:
-    """Whether the twin's hand feels the carina; None where the twin does not say."""
+def _hand(site: Site) -> SimulatedHand | None:
+    """The hand at the catheter head that software moves; None of a machine that has none."""
     try:
-        newest = RingReader(site.folder / SHOWN).snapshot()
+        return backend.load(site.folder).hand_of(site.folder)
     except InputError:
         return None
-    return None if newest is None else bool(newest[1][_CONTACT] >= FELT_N)
+
+
+def _feels(site: Site) -> bool | None:
+    """Whether the twin's hand feels the carina; None where the twin does not say."""
+    hand = _hand(site)
+    return None if hand is None else hand.feels_carina()
 
 
 def take_step(site: Site, who: Session, step: Step, version: int, key: str) -> None:
@@ -195,12 +194,13 @@ def _taught(found: Basis, now: Now, who: Session) -> Basis:
 
 def _hold(site: Site, found: Basis, task: HandTask) -> None:
     """The twin's person does something."""
-    if not site.about().machine.is_twin:
+    hand = _hand(site)
+    if hand is None or not site.about().machine.is_twin:
         raise Problem(409, "a person's own hand moves this machine")
     try:
         text = (site.folder / paths.CONFIGURATION).read_text(encoding="utf-8")
         park_mm = configuration.from_json(text).settings.parked.head_mm
-        twin_faults.hold(site.folder, task, park_mm, -found.site.park_mm)
+        hand.hold(task, park_mm, -found.site.park_mm)
     except (InputError, OSError) as error:
         raise Problem(503, f"the twin does not answer: {error}") from None
 

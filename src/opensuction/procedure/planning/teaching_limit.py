@@ -10,6 +10,8 @@ from opensuction.procedure.planning.protocol import Protocol
 
 SEARCH_MARGIN_MM = 10.0
 """Beyond the plausible depth at which the governor takes the catheter out of the hand; assumed."""
+IDLE_VACUUM_MMHG = 80.0
+"""Set point of the plan that teaching runs under; the pump stays off."""
 IDLE_DWELL_S = 2.0
 """Dwell of the plan that teaching runs under; no cycle is started with it."""
 

@@ -1,15 +1,26 @@
 """A calibration as a page: loop, what the models leave on the second run, bounds, parameters."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table, Values
 from opensuction.report.summary import Summary
-from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.rig import Recording
+
+
+class Excitation(NamedTuple):
+    """Head and tip in one run of the excitation, each of shape (n,)."""
+
+    head_mm: Values
+    """Encoder."""
+    laser_mm: Values
+    """Tip."""
+    period_s: float
+    """Between two samples."""
 
 
 def page(
-    data: Summary, first: Recording, second: Recording, predicted: tuple[Values, ...] | None
+    data: Summary, first: Excitation, second: Excitation, predicted: tuple[Values, ...] | None
 ) -> Sheet:
     """The page. data: the JSON object of the command.
 
@@ -63,9 +74,9 @@ def _verdict(data: Summary) -> Section:
     return Section("Verdict", (*data["reasons"], *said), (table,))
 
 
-def _runs(first: Recording, second: Recording, model_mm: Values, plays_mm: Values) -> Section:
+def _runs(first: Excitation, second: Excitation, model_mm: Values, plays_mm: Values) -> Section:
     head_mm, tip_mm = second.head_mm, second.laser_mm
-    time_s = DT_S * np.arange(head_mm.size, dtype=np.float64)
+    time_s = second.period_s * np.arange(head_mm.size, dtype=np.float64)
     fitted = Plot(
         "Second run: the loop, and what the models say of it",
         "Head (mm)",

@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.devices import twin_machine
-from opensuction.devices.twin_process import PLAYS
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.process_lock import end_holder, holder
 from opensuction.kernel import private_file
 from opensuction.kernel.codegen import document
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
+from opensuction.machine.twin import twin_machine
+from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.records.records import Records
@@ -54,7 +54,7 @@ class Running(NamedTuple):
     @property
     def side(self) -> MachineSide:
         """What is played."""
-        return launch.side_of(self.prepared.loop, self.prepared.resolved.equipment.seed)
+        return twin_machine.side_of(self.prepared.loop, self.prepared.resolved.equipment.seed)
 
     def end(self) -> None:
         """The catheter comes out, and then the patient is gone. Raises InputError: it is not."""
@@ -105,13 +105,13 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
     lost = None if anew else predecessor.find(folder)
     _clear(folder, lost)
-    launch.configure(folder, prepared.loop)
+    launch.configure(folder, chosen)
     told = _about(name, prepared, database)
     machine_identity.write(folder, told)
     basis.write(folder, basis.of(prepared))
     private_file.write(folder / paths.BEGUN_WITH, configuration.hash_of(chosen))
     seed = prepared.resolved.equipment.seed
-    twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
+    twin = twin_machine.start(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin, lost)
 
 

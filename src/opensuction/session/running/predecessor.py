@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.controller import configuration
-from opensuction.devices.twin_process import PLAYS
 from opensuction.ipc.process_lock import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.compiled import as_python
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING, Phase
+from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.procedure.cycle import episode
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.runtime import control_process, paths

@@ -8,28 +8,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.devices import twin_faults, twin_machine
-from opensuction.devices.faulty_twin import FaultyTwin
-from opensuction.devices.twin_faults import PHASE, PHASES, Came
 from opensuction.ipc.event_ring import EventReader
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.codegen import row
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
+from opensuction.machine.twin import twin_faults, twin_machine
+from opensuction.machine.twin.faulty_twin import FaultyTwin
+from opensuction.machine.twin.twin_faults import PHASE, PHASES, Came
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, fault_choice, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import machine_side
 from opensuction.simulation.injection import injection
-from opensuction.simulation.machine_side import SENT_COLUMNS, SHOWN_COLUMNS, MachineCall
+from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineCall
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.bus import PLAUSIBLE, Bus
 from opensuction.twin.fault.fault import Fault
 from tests.controller.bedside import at_bed
 from tests.simulation.test_machine_side import PUSHING, bench, call_of, side_of
 
-NOTHING = np.zeros(len(SENT_COLUMNS))
+NOTHING = np.zeros(len(MESSAGE_COLUMNS))
 
 
 class Stand:
@@ -114,7 +115,7 @@ def test_a_fault_at_an_instant_does_what_it_does_in_a_simulated_cycle(
     run = injection.run(prepared().loop, prepared().start, faults, seed=1)
     expected = truth_of(run.columns)
     zeros = np.zeros(len(expected))
-    sent = np.stack([run.sent.get(name, zeros) for name in SENT_COLUMNS], axis=1)
+    sent = np.stack([run.sent.get(name, zeros) for name in MESSAGE_COLUMNS], axis=1)
     ticks = min(len(healthy()), len(expected))
     assert not np.array_equal(expected[:ticks], healthy()[:ticks])
     made = Stand(tmp_path, call_of(prepared().loop, prepared().start))
@@ -178,7 +179,7 @@ def test_mains_that_come_back_wait_for_a_controller_that_starts_anew(stand: Stan
     assert stand.shown("annunciator.reserve_used") == 0.0
     assert stand.shown("alone") == 1.0
     greeting = NOTHING.copy()
-    greeting[SENT_COLUMNS.index("released")] = 1.0
+    greeting[MESSAGE_COLUMNS.index("released")] = 1.0
     stand.step(greeting)
     assert stand.shown("alone") == 0.0
 

@@ -1,9 +1,9 @@
-"""The twin in real time, a process of its own: ``python -m opensuction.devices.twin_process DIR``.
+"""Process of the twin in real time: ``python -m opensuction.machine.twin.twin_process DIR``.
 
 It plays a machine and its patient at 1 kHz and outlives the controller, whose death it is the judge
 of. In its folder lie ``machine.npz`` (`machine_side.begin`), from which it begins, the ring
 ``machine.ring`` that it writes (`machine_side.Shown`, readings and truth), the ring
-``commands.ring`` that a controller writes (`machine_side.Sent`), and what `faulty_twin` has to
+``commands.ring`` that a controller writes (`kernel.drive_message`), and what `faulty_twin` has to
 break it. When it is itself kept from its work it makes up for it: nature does not wait. Only of a
 second and more it plays a second.
 """
@@ -19,17 +19,17 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction import __version__
-from opensuction.devices.faulty_twin import FaultyTwin
 from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, harden
 from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.process_lock import ProcessLock
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+from opensuction.machine.twin.faulty_twin import FaultyTwin
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import (
-    SENT_COLUMNS,
     SHOWN_COLUMNS,
     MachineCall,
     MachineSide,
@@ -43,7 +43,7 @@ SLOTS = 20_000
 PERIOD_NS = round(DT_S * NS_PER_S)
 CAUGHT_UP = 1000
 """Ticks that are made up for at most."""
-_RELEASED = SENT_COLUMNS.index("released")
+_RELEASED = MESSAGE_COLUMNS.index("released")
 LOOK_TICKS = 50
 """How often a controller that is silent is looked for anew: its ring may be another file by now."""
 
@@ -56,11 +56,11 @@ class Listener:
     """
 
     def __init__(self, path: Path) -> None:
-        self._ring = FollowedRing(path, lambda columns: columns == SENT_COLUMNS)
+        self._ring = FollowedRing(path, lambda columns: columns == MESSAGE_COLUMNS)
         self._number = 0
         self._silent = LOOK_TICKS - 1
         self._greeted = False
-        self.row: Array = np.zeros(len(SENT_COLUMNS))
+        self.row: Array = np.zeros(len(MESSAGE_COLUMNS))
         """The last that came."""
 
     def hear(self) -> bool:
@@ -92,7 +92,7 @@ class TwinPlayer(NamedTuple):
     faults: FaultyTwin
 
     def step(self, sent: Array, new: bool) -> None:
-        """Play a tick. sent: a row by `SENT_COLUMNS`. new: it has come since the last tick."""
+        """Play a tick. sent: a row by `MESSAGE_COLUMNS`. new: it has come since the last tick."""
         self.faults.step()
         self.call.step(sent, new=new)
         self.ring.write(self.call.shown_row)

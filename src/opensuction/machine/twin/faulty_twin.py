@@ -13,7 +13,15 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from opensuction.devices.twin_faults import (
+from opensuction.ipc.event_ring import EventWriter
+from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.kernel import private_file
+from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings
+from opensuction.machine.port import HandTask
+from opensuction.machine.twin.twin_faults import (
     ANSWER,
     BUS,
     CAME,
@@ -25,14 +33,7 @@ from opensuction.devices.twin_faults import (
     TAKEN,
     check,
 )
-from opensuction.devices.twin_hand import HandTask, held
-from opensuction.ipc.event_ring import EventWriter
-from opensuction.ipc.followed_ring import FollowedRing
-from opensuction.kernel import private_file
-from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.machine.twin.twin_hand import held
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.faulty_side import FaultySide, Instant

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.devices.twin_process import BEGUN, SHOWN
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+from opensuction.machine.twin.twin_process import BEGUN, SHOWN
 from opensuction.oracle import exposure, long_run
 from opensuction.oracle.harm import Harm
 from opensuction.oracle.long_run import Judged, LongRun

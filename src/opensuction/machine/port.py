@@ -3,9 +3,10 @@
 A machine keeps its own time. The loop reads its newest readings, and the machine takes the loop's
 newest commands; neither waits for the other. Without new commands for `Facts.watchdog_s` the
 machine's drives act on their own, and obey nothing until a controller says that it has started anew
-(`Sent.released`).
+(`DriveMessage.released`).
 """
 
+from enum import StrEnum
 from typing import NamedTuple, Protocol
 
 from opensuction.kernel.record import Array
@@ -39,10 +40,32 @@ class Port(Protocol):
         """
 
     def write(self, sent: Array) -> None:
-        """Give a row by the columns of `machine_side.Sent`, which the watchdog waits for, too.
+        """Give a row by `MESSAGE_COLUMNS`, which the drives' watchdog waits for, too.
 
         Never waits.
         """
 
     def close(self) -> None:
         """Let go of the machine: it gets no more commands."""
+
+
+class HandTask(StrEnum):
+    """What a hand at the catheter head is to do."""
+
+    PUSH = "push"
+    DRAW = "draw"
+    LET_GO = "let-go"
+
+
+class SimulatedHand(Protocol):
+    """A hand at the catheter head that software moves, where a machine has one: a twin."""
+
+    def hold(self, task: HandTask, park_head_mm: float, quick_mm: float) -> None:
+        """Have it do something from now on.
+
+        park_head_mm: where it lets go on the way back. quick_mm: length of the way inside the tube.
+        Raises InputError or OSError where the machine does not answer.
+        """
+
+    def feels_carina(self) -> bool | None:
+        """Whether it feels the carina; None where the machine does not say."""

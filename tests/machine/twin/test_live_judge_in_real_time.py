@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from opensuction.devices import twin_machine
-from opensuction.devices.live_judge import LiveJudge, read_machine
 from opensuction.kernel.phase import RESTING
+from opensuction.machine.twin import twin_machine
+from opensuction.machine.twin.live_judge import LiveJudge, read_machine
 from opensuction.oracle.harm import LEFT_INSIDE
 from opensuction.safety.condition import Condition
 from tests.controller.bedside import at_bed

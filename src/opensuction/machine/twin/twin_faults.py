@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from opensuction.devices.twin_hand import HandTask
 from opensuction.ipc.event_ring import Event, EventReader
 from opensuction.kernel.errors import InputError
+from opensuction.machine.port import HandTask
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.twin.fault.bus import Bus

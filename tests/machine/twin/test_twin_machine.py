@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.devices.twin_machine import TwinMachine
-from opensuction.devices.twin_process import SHOWN
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.errors import InputError
+from opensuction.machine.twin.twin_machine import TwinMachine
+from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 
 pytestmark = pytest.mark.real_time
 
-COMMAND = [sys.executable, "-m", "opensuction.devices.twin_process"]
+COMMAND = [sys.executable, "-m", "opensuction.machine.twin.twin_process"]
 
 
 @pytest.mark.parametrize("content", [None, b"", b"nothing of the kind"])

@@ -10,20 +10,26 @@ from typing import Any
 
 import numpy as np
 
-from opensuction.devices.ports import Facts
-from opensuction.devices.twin_faults import CHANGE
-from opensuction.devices.twin_process import BEGUN, COMMANDS, SHOWN
 from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.ring import RingReader, RingWriter
 from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+from opensuction.machine import backend
+from opensuction.machine.port import Facts, HandTask
+from opensuction.machine.twin import twin_faults
+from opensuction.machine.twin.twin_faults import CHANGE
+from opensuction.machine.twin.twin_process import BEGUN, COMMANDS, SHOWN
 from opensuction.simulation import machine_side
-from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.machine_side import SENT_COLUMNS, SHOWN_COLUMNS, MachineSide
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
+from opensuction.simulation.wiring import Wiring
+from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import Bus
+from opensuction.twin.machine import drive_watchdog, hand
 from opensuction.twin.machine.drive_watchdog import SILENCE_S
 from opensuction.twin.plant import PlantState
 
@@ -34,9 +40,31 @@ LOG = "twin_process.log"
 COMMAND_SLOTS = 64
 LOOK_NS = 50_000_000
 """How often a machine that is silent is looked for anew: it may have been started again."""
+FELT_N = hand.PARAMETERS["felt_n"].value
+_CONTACT = SHOWN_COLUMNS.index("truth.contact_n")
 READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
 _READINGS = slice(READINGS[0], READINGS[-1] + 1)
 """One after the other, as any record's columns."""
+
+
+def side_of(loop: Loop, seed: int) -> MachineSide:
+    """The machine of a loop as a process plays it: its rack ends, its drives watch over messages.
+
+    seed: chance of a link that loses messages.
+    """
+    home_mm = loop.controller.limits.park_head_mm
+    machine = preset.limit_rack(loop.machine, home_mm)
+    return MachineSide(machine, Wiring(link.healthy(seed), drive_watchdog.of(machine, home_mm)))
+
+
+def start(
+    folder: Path, loop: Loop, state: LoopState, seed: int, carrier: Bus | None = None
+) -> subprocess.Popen[bytes]:
+    """Start the twin of a loop in a folder, at rest; returns once it plays.
+
+    carrier: as `launch` takes it. Raises InputError as `launch` does.
+    """
+    return launch(folder, side_of(loop, seed), PlantState(state.machine, state.bedside), carrier)
 
 
 def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
@@ -45,6 +73,7 @@ def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
     with private_file.create(folder / BEGUN) as file:
         np.savez(file, **begun)
     (folder / SHOWN).unlink(missing_ok=True)
+    backend.name_backend(folder, backend.TWIN)
 
 
 def launch(
@@ -59,7 +88,7 @@ def launch(
         wires = link.on_bus(side.wiring.link, carrier, DT_S)
         side = side._replace(wiring=side.wiring._replace(link=wires))
     prepare(folder, side, plant)
-    command = [sys.executable, "-m", "opensuction.devices.twin_process", str(folder)]
+    command = [sys.executable, "-m", "opensuction.machine.twin.twin_process", str(folder)]
     with private_file.append(folder / LOG) as log:
         # A process of its own, which outlives whoever started it.
         process = subprocess.Popen(
@@ -101,7 +130,7 @@ class TwinMachine:
         self._ring.look()
         self._before, self._number = 0, 0
         self._looked_ns = time.monotonic_ns()
-        self._commands = RingWriter(folder / COMMANDS, SENT_COLUMNS, COMMAND_SLOTS, {})
+        self._commands = RingWriter(folder / COMMANDS, MESSAGE_COLUMNS, COMMAND_SLOTS, {})
         self.facts = Facts(
             name="twin",
             version=shown.facts.told["version"],
@@ -146,3 +175,26 @@ class TwinMachine:
     def close(self) -> None:
         """No more commands: the drives' watchdog takes over."""
         self._commands.close()
+
+
+class TwinHand:
+    """The person at the catheter head of the twin that plays in a folder; a `SimulatedHand`."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def hold(self, task: HandTask, park_head_mm: float, quick_mm: float) -> None:
+        """See `SimulatedHand.hold`."""
+        twin_faults.hold(self._folder, task, park_head_mm, quick_mm)
+
+    def feels_carina(self) -> bool | None:
+        """See `SimulatedHand.feels_carina`: by the truth, which only the twin knows."""
+        try:
+            newest = RingReader(self._folder / SHOWN).snapshot()
+        except InputError:
+            return None
+        return None if newest is None else bool(newest[1][_CONTACT] >= FELT_N)
+
+
+attach, hand_of = TwinMachine, TwinHand
+"""This module as a `backend.Backend`."""

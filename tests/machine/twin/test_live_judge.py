@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.devices.live_judge import LiveJudge, Verdict
-from opensuction.devices.twin_process import BEGUN, SHOWN
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.codegen import plain_row, row
+from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+from opensuction.machine.twin.live_judge import LiveJudge, Verdict
+from opensuction.machine.twin.twin_process import BEGUN, SHOWN
 from opensuction.oracle.harm import ADVANCE, AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -19,7 +20,7 @@ from opensuction.session.cycle import cycle_run, fault_choice, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.run_judgement import Judgement
-from opensuction.simulation.machine_side import SENT_COLUMNS, SHOWN_COLUMNS, MachineSide
+from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 from opensuction.simulation.trace import Columns
 from tests.simulation.test_machine_side import call_of, side_of
 
@@ -132,7 +133,7 @@ def test_it_finds_the_carina_that_was_moved_under_a_cycle_which_goes_on(tmp_path
     columns, _ = played()
     call, zeros = call_of(prepared().loop, prepared().start), np.zeros(columns["time_s"].size)
     call.side_row[row.columns(MachineSide).index("machine.airway.carina_mm")] -= 30.0
-    commands = np.stack([columns.get(name, zeros) for name in SENT_COLUMNS], axis=1)
+    commands = np.stack([columns.get(name, zeros) for name in MESSAGE_COLUMNS], axis=1)
     with begun(tmp_path) as ring:
         witness = LiveJudge(tmp_path, prepared().loop.controller.limits.cap_mm)
         for tick, sent in enumerate(commands):

@@ -7,10 +7,10 @@ and stays away. See `twin.machine.hand`; asked for by
 """
 
 import math
-from enum import StrEnum
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
+from opensuction.machine.port import HandTask
 from opensuction.twin.machine import hand
 from opensuction.twin.machine.hand import AWAY, NOBODY, PUSHING, Hand, HandStage, HandState
 
@@ -18,14 +18,6 @@ HOLDS_S = 600.0
 """It holds the head until it is told what to do next; nobody has that much patience."""
 PERSON = 5
 """Number of the person; those who teach in simulated runs have others."""
-
-
-class HandTask(StrEnum):
-    """What the hand is to do."""
-
-    PUSH = "push"
-    DRAW = "draw"
-    LET_GO = "let-go"
 
 
 class Held(NamedTuple):
