@@ -65,7 +65,7 @@ def test_killed_in_the_airway_the_drives_bring_it_out_and_the_next_one_waits_for
     assert wait(lambda: room.phase() in (Phase.HALTED, Phase.PARKED))
     first = EventReader(room.folder / EVENTS).read()[0][0]
     assert first.fields["recovered"] == "yes"
-    assert room.now("outputs.counters.passes") >= passes  # the plug undoes no limit
+    assert room.now("outputs.counters.passes") >= passes  # power cycling does not reset limits
     # Whoever had been told stays told until a person resets it.
     assert room.truth("annunciator.watchdog_fired") == 1.0
 

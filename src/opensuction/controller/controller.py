@@ -66,7 +66,7 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
 def restart(
     settings: Settings, head_mm: float, kept: Interlocks, off_s: float, phase: int = Phase.PARKED
 ) -> State:
-    """As `start`, with what the controller before had to remember: the plug undoes no limit.
+    """As `start`, with the upkeep of the controller before: power cycling does not reset limits.
 
     kept: its upkeep, from whoever kept it. off_s: how long no controller ran.
     phase: in which the one before ended. Where it was not at rest the drives may have brought the
