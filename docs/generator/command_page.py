@@ -8,7 +8,7 @@ WIDTH = 96
 """Characters in a line."""
 PAGE = """# Commands
 
-What each command says of itself with `--help`. All of them take `--json`, described in \
+Help texts of all commands, as `--help` prints them. All of them take `--json`, described in \
 [results](results.md), and write a report that opens in any browser. Everything they show is \
 in-silico, but for the figures of a recording of your own.
 

@@ -24,7 +24,7 @@ SOURCES_TEXT = """tags in square brackets are explained in [sources](../sources.
 ranges are the project's own judgement."""
 COLUMNS = ("unit", "range in a file", "meaning", "source")
 BOTH = ("bench", "clinical")
-CLASSES = "../explanations/twin.md#transmissions-that-are-not-ours"
+CLASSES = "../explanations/twin.md#transmissions-of-other-classes"
 TRANSMISSIONS = {
     "plays": "clearances along the bends and a narrow stretch: the machine's own parameters",
     "bouc-wen": "a lag that bends into saturation, with the paper's own parameters",
@@ -113,7 +113,7 @@ def _patients(example: str) -> str:
             "calibration: [the patient](../explanations/patient.md).\n",
             patient_table(),
             "What stands below `lively` happens only where that is 1 "
-            "([patients as they are](../explanations/patients-as-they-are.md)).\n",
+            "([spontaneous behaviour](../explanations/patients-as-they-are.md)).\n",
             "Refused with the arithmetic is also what does not fit together:\n",
             _consistency_table(),
         )

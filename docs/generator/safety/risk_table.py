@@ -125,7 +125,7 @@ def markdown() -> str:
             "## Hazards",
             "",
             *_hazards(hazards),
-            "## What verifies the controls",
+            "## Verification of the controls",
             "",
             *_verification(hazards),
             "",
