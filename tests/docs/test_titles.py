@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from traceability.docstring import QUESTION_WORD
+from tools.traceability.module_form import QUESTION_WORD
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
