@@ -19,7 +19,8 @@ from opensuction.controller import controller
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
-from opensuction.runtime import control_process, launch, paths
+from opensuction.machine.twin import twin_machine
+from opensuction.runtime import control_process, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -40,7 +41,7 @@ def prepared() -> Prepared:
 @pytest.fixture
 def folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Of machines whose twin is no process, so that none answers."""
-    monkeypatch.setattr(launch, "start_twin", lambda *_: None)
+    monkeypatch.setattr(twin_machine, "start", lambda *_: None)
     monkeypatch.setattr(time, "monotonic", lambda: OFF_S)
     made = paths.make(NAME)
     yield made
