@@ -26,6 +26,7 @@ from opensuction.cli.command import (
     users,
 )
 from opensuction.evidence.worker_pool import WorkerLostError
+from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.kernel.errors import InputError
 from opensuction.settings import wording
 
@@ -69,8 +70,8 @@ Environment:
 
 app = typer.Typer(
     name="opensuction",
-    help="Automated tracheal suctioning: controller and digital twin. Research software, not a "
-    "medical device, not for use on people or animals; every performance claim is in-silico.",
+    help="Automated tracheal suctioning: controller and digital twin. "
+    f"{NOT_A_DEVICE} Every performance claim is in-silico.",
     epilog=EXAMPLES,
     invoke_without_command=True,
     rich_markup_mode=None,

@@ -2,10 +2,9 @@
 
 from typing import Any, NamedTuple
 
-DISCLAIMER = (
-    "In-silico result: the machine and the patient are a digital twin. Research software, "
-    "not a medical device: not for use on people or animals."
-)
+from opensuction.kernel.disclaimer import NOT_A_DEVICE
+
+DISCLAIMER = f"In-silico result: the machine and the patient are a digital twin. {NOT_A_DEVICE}"
 """Stands on every report."""
 
 ABSENT = "not simulated"

@@ -18,6 +18,7 @@ from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import write_unit
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
+from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.kernel.errors import InputError
 from opensuction.settings import calibration_section, lines_section, model_structure
 from opensuction.settings.calibration_section import Measured
@@ -58,11 +59,11 @@ MODIFIED_DAHL: Final = {
 }
 """Name in a file to field of `ModifiedDahl` and unit; the initial lag is of the recording alone."""
 
-HEAD: Final = """\
+HEAD: Final = f"""\
 # What `opensuction identify` or `opensuction calibrate` found. `opensuction cycle --compensation
 # FILE` runs the compensator named here on it. Every parameter has its unit and, where one could be
 # given, the interval that holds the true value with 95 % confidence (an empty list where not).
-# Research software, not a medical device: not for use on people or animals.
+# {NOT_A_DEVICE}
 
 """
 

@@ -1,11 +1,9 @@
 """Help texts of ``run`` and ``ask``."""
 
 from opensuction.cli.completion import REQUESTS
+from opensuction.kernel.disclaimer import NOT_A_DEVICE
 
-NOTICE = (
-    "In-silico: the machine and the patient are a digital twin. Research software, not a medical "
-    "device: not for use on people or animals."
-)
+NOTICE = f"In-silico: the machine and the patient are a digital twin. {NOT_A_DEVICE}"
 
 RUN = (
     "The twin plays machine and patient in a process of its own, the controller runs beside it at "

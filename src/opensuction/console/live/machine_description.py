@@ -11,6 +11,7 @@ from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
 from opensuction.kernel.compiled import as_python
+from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.schedule import ScheduleMode
@@ -19,10 +20,7 @@ from opensuction.report import wording
 from opensuction.runtime.machine_identity import About
 from opensuction.safety import tip_bound
 
-NOTICE = (
-    "Research software, not a medical device: not for use on people or animals. In-silico: a "
-    "digital twin"
-)
+NOTICE = f"{NOT_A_DEVICE} In-silico: a digital twin"
 LABELS = {
     "start": "Start",
     "identify": "Identify",

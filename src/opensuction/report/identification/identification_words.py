@@ -9,14 +9,12 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from opensuction.identification.judgement.fitted_range import FittedRange
+from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.report.figure import Figure, FigureVerdict
 from opensuction.report.summary import Summary, number, rows, text, value, warnings
 from opensuction.report.wording import amount
 
-DISCLAIMER = (
-    "Research software, not a medical device: not for use on people or animals. The figures "
-    "describe the recording that was given, and nothing else."
-)
+DISCLAIMER = f"{NOT_A_DEVICE} The figures describe the recording that was given, and nothing else."
 """Stands on every report of a recording: only its owner knows whether it is in-silico."""
 
 

@@ -1,3 +1,5 @@
+const NOT_A_DEVICE = "Research software, not a medical device: not for use on people or animals.";
+
 export default {
   product: "opensuction",
   views: {
@@ -8,9 +10,8 @@ export default {
     people: "People",
   },
   navigation: "Views",
-  notice:
-    "Research software, not a medical device: not for use on people or animals. In-silico: a digital twin.",
-  noticePlain: "Research software, not a medical device: not for use on people or animals.",
+  notice: `${NOT_A_DEVICE} In-silico: a digital twin.`,
+  noticePlain: NOT_A_DEVICE,
   skip: "To the view",
   patient: "Patient {pseudonym}",
   bench: "Bench, no patient",
