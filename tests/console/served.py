@@ -17,7 +17,7 @@ from opensuction.console.access import CSRF_HEADER
 from opensuction.console.app import create_app
 from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.live.hub import Hub
-from opensuction.console.site import Origin, Site, device_cookie, session_cookie
+from opensuction.console.site import ConsoleContext, ListeningAddress, device_cookie, session_cookie
 from opensuction.records.records import Records
 from opensuction.runtime import machine_identity
 from tests.accounts.example import CHEAP, PASSWORDS, ROLES, employ, enter
@@ -32,7 +32,7 @@ class Served(NamedTuple):
     """The parts of it."""
 
     app: FastAPI
-    site: Site
+    site: ConsoleContext
     machine: WrittenMachine
     signed_in: dict[str, SignedIn]
     """By role."""
@@ -136,18 +136,20 @@ def find_employed() -> Employed:
     return _EMPLOYED[-1]
 
 
-def make_site(folder: Path, records: Records, accounts: Accounts, port: int = PORT) -> Site:
+def make_site(
+    folder: Path, records: Records, accounts: Accounts, port: int = PORT
+) -> ConsoleContext:
     """The site of a machine that is played in a folder."""
     recordings = folder / "recordings"
     recordings.mkdir(exist_ok=True)
-    return Site(
+    return ConsoleContext(
         folder=folder,
         records=records,
         accounts=accounts,
         hub=Hub(folder),
         recordings=recordings,
         about=lambda: machine_identity.read(folder),
-        origin=Origin(HOST, port),
+        origin=ListeningAddress(HOST, port),
     )
 
 

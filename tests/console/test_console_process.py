@@ -19,7 +19,7 @@ from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.records.records import Records
 from opensuction.runtime import launch, supervised_process
 from opensuction.runtime.paths import CONSOLES, CONTROLS
-from opensuction.runtime.supervisor import Notice, Supervisor
+from opensuction.runtime.supervisor import Supervisor, SupervisorNotice
 from opensuction.safety.condition import Condition
 from opensuction.session.running import console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
@@ -41,16 +41,16 @@ class Served:
             Accounts(records.database, hasher=CHEAP).first_start()
         self.url = f"http://{HOST}:{self.port}"
         self.supervisor = Supervisor(room.folder, out)
-        self.told: list[Notice] = []
+        self.told: list[SupervisorNotice] = []
         self.supervisor.begin(self.told.append)
         room.reopen()
 
-    def look(self) -> list[Notice]:
+    def look(self) -> list[SupervisorNotice]:
         done = self.supervisor.look()
         self.told += done
         return done
 
-    def wait(self, name: str, seconds: float = 60.0) -> Notice:
+    def wait(self, name: str, seconds: float = 60.0) -> SupervisorNotice:
         """Until the supervisor has done this."""
         before = len(self.told)
         assert wait(

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from opensuction.ipc import mailbox
 from opensuction.ipc.event_ring import EventWriter
-from opensuction.ipc.mailbox import Answer, Mailbox, Sender
+from opensuction.ipc.mailbox import Mailbox, MailboxAnswer, Sender
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import ABORT, NO_REQUESTS
 
@@ -40,7 +40,7 @@ def nurse(path: Path, box: Mailbox) -> Iterator[Sender]:  # noqa: ARG001 - that 
     made.close()
 
 
-def verdicts(answers: list[Answer]) -> list[str]:
+def verdicts(answers: list[MailboxAnswer]) -> list[str]:
     return [answer.verdict for answer in answers]
 
 
@@ -66,7 +66,7 @@ def test_a_request_presses_its_button_for_one_tick(box: Mailbox, nurse: Sender) 
     nurse.ask("start", "a", AT)
     requests, answers = box.receive()
     assert requests == NO_REQUESTS._replace(start=True)
-    assert answers == [Answer("a", "nurse", "start", AT, "pressed")]
+    assert answers == [MailboxAnswer("a", "nurse", "start", AT, "pressed")]
     assert box.receive() == (NO_REQUESTS, [])
 
 
@@ -187,7 +187,7 @@ def test_no_bytes_disturb_it(tmp_path_factory: pytest.TempPathFactory, data: byt
     path = tmp_path_factory.mktemp("box") / "requests"
     box = Mailbox(path)
     send(path, data)
-    assert box.receive() == (NO_REQUESTS, [Answer("", "", "", "", "malformed")])
+    assert box.receive() == (NO_REQUESTS, [MailboxAnswer("", "", "", "", "malformed")])
     box.close()
 
 

@@ -67,7 +67,7 @@ CONSTRAINTS = [
 
 def trail_of(records: Records) -> AuditReport:
     """Without the recording, which nobody has written."""
-    return audit.audit(records.database, audit.Asked(reads_recordings=False))
+    return audit.audit(records.database, audit.AuditScope(reads_recordings=False))
 
 
 def refuse(records: Records, statement: str) -> str:

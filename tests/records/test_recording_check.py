@@ -263,10 +263,10 @@ def test_recordings_that_were_moved_are_looked_for_where_they_are_said_to_be(
     folder.rename(moved)
     assert records.audit().broken is not None
     database = records.database
-    assert audit.audit(database, audit.Asked(recordings=moved)).broken is None
+    assert audit.audit(database, audit.AuditScope(recordings=moved)).broken is None
     cut(moved, ONE, 1)
-    assert audit.audit(database, audit.Asked(recordings=moved)).broken is not None
-    assert audit.audit(database, audit.Asked(reads_recordings=False)).broken is None
+    assert audit.audit(database, audit.AuditScope(recordings=moved)).broken is not None
+    assert audit.audit(database, audit.AuditScope(reads_recordings=False)).broken is None
 
 
 def test_a_recording_is_put_on_record_once(records: Records, folder: Path) -> None:

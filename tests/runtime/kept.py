@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from opensuction.recording.cycle_file.chunk_content import Rows, Told
+from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import TICKS
 from opensuction.runtime import replay
@@ -20,7 +20,7 @@ def ticks_of(path: Path) -> np.ndarray:
 
 def told_of(path: Path) -> list[tuple[str, str]]:
     reader = RecordingReader(path)
-    found = [one.event for one in reader.contents() if isinstance(one, Told)]
+    found = [one.event for one in reader.contents() if isinstance(one, TimedEvent)]
     reader.close()
     return [(event.kind, event.name) for event in found]
 

@@ -14,7 +14,7 @@ import numpy as np
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
-from opensuction.machine.port import Facts
+from opensuction.machine.port import MachineFacts
 from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.machine.twin.twin_process import TwinPlayer, most_obeyed, playing
 from opensuction.runtime import control_process
@@ -30,7 +30,7 @@ class LockstepTwin:
 
     def __init__(self, twin: TwinPlayer) -> None:
         most = most_obeyed(twin.call)
-        self.facts = Facts("lockstep twin", "", True, DT_S, drive_watchdog.SILENCE_S, most)
+        self.facts = MachineFacts("lockstep twin", "", True, DT_S, drive_watchdog.SILENCE_S, most)
         self._twin, self._number = twin, 0
         twin.step(np.zeros(len(MESSAGE_COLUMNS)), new=False)
 

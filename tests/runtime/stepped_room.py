@@ -15,13 +15,13 @@ from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.ipc.deadline_scheduler import NS_PER_S
 from opensuction.ipc.event_ring import EventWriter
 from opensuction.ipc.heartbeat import Heartbeat
-from opensuction.ipc.mailbox import Answer, Asked, Mailbox
+from opensuction.ipc.mailbox import Mailbox, MailboxAnswer, MailboxRequest
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.machine.port import Facts
+from opensuction.machine.port import MachineFacts
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.runtime.loop import ROW_COLUMNS, Around, ControlLoop
@@ -42,7 +42,7 @@ class SteppedMachine:
     def __init__(self, loop: Loop, state: LoopState) -> None:
         plant = PlantState(state.machine, state.bedside)
         self.call = MachineCall(machine_side.begin(twin_machine.side_of(loop, seed=1), plant))
-        self.facts = Facts("stepped twin", "", True, DT_S, drive_watchdog.SILENCE_S, {})
+        self.facts = MachineFacts("stepped twin", "", True, DT_S, drive_watchdog.SILENCE_S, {})
         self._sent, self._new, self.number = np.zeros(len(MESSAGE_COLUMNS)), False, 0
         self.shown: list[Array] = []
         """What it gave in each tick, by `SHOWN_COLUMNS`."""
@@ -80,10 +80,10 @@ class Buttons:
 
     def __init__(self) -> None:
         self.pressed = NO_REQUESTS
-        self.answers: list[Answer] = []
-        self.setting: Asked | None = None
+        self.answers: list[MailboxAnswer] = []
+        self.setting: MailboxRequest | None = None
 
-    def receive(self) -> tuple[Requests, list[Answer]]:
+    def receive(self) -> tuple[Requests, list[MailboxAnswer]]:
         """See `Mailbox.receive`."""
         pressed, self.pressed = self.pressed, NO_REQUESTS
         answers, self.answers = self.answers, []

@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.ipc.event_ring import Event
+from opensuction.ipc.event_ring import ProcessEvent
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.transition import Event as Transition
-from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
-from opensuction.runtime.journal import Begun, Entry, Journal, Run, in_words
+from opensuction.records.entry import Action, AlarmEntry, CycleEnd, Outcome
+from opensuction.runtime.journal import Begun, ControllerRun, Entry, Journal, in_words
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
 from opensuction.safety.condition import Condition
 
-RUN = Run("20261123T120000-0123abcd", 1_763_900_000_000_000_000)
+RUN = ControllerRun("20261123T120000-0123abcd", 1_763_900_000_000_000_000)
 COMPLETED = (Phase.PARKED, *(one for one in CYCLE if one != Phase.BACKING_OFF), Phase.PARKED)
 ABORTED = (Phase.PARKED, Phase.CHECKING, Phase.INSERTING, Phase.ABORTING, Phase.HALTED)
 RECOVERED = (Phase.ABORTING, Phase.HALTED)
@@ -37,13 +37,13 @@ def rows_of(phases: Sequence[Phase], each: int = 3) -> np.ndarray:
     return rows
 
 
-def started(who: str) -> Event:
+def started(who: str) -> ProcessEvent:
     fields = {"kind": "request", "ask": "start", "who": who, "verdict": "pressed", "time_ns": 5}
-    return Event(7, fields)
+    return ProcessEvent(7, fields)
 
 
 def follow(
-    rows: np.ndarray, happened: Sequence[Event] = (), cuts: Sequence[int] = ()
+    rows: np.ndarray, happened: Sequence[ProcessEvent] = (), cuts: Sequence[int] = ()
 ) -> list[Entry]:
     journal = Journal(RUN, None)
     entries: list[Entry] = []
@@ -74,8 +74,8 @@ def test_why_it_was_aborted_is_said() -> None:
     rows[np.flatnonzero(aborting)[0] - 1, ROW_COLUMNS.index("outputs.verdict.trips")] = trips
     rows[aborting, ROW_COLUMNS.index("outputs.signals.present")] = trips
     entries = follow(rows)
-    assert kinds(entries) == ["Begun", "Alarm", "CycleEnd"]
-    assert isinstance(entries[1].what, Alarm)
+    assert kinds(entries) == ["Begun", "AlarmEntry", "CycleEnd"]
+    assert isinstance(entries[1].what, AlarmEntry)
     assert (entries[1].what.condition, entries[1].what.priority) == ("CATHETER_JAMMED", "high")
     assert entries[2].what == CycleEnd(Outcome.ABORTED, "tripped, catheter-jammed")
 
@@ -167,9 +167,9 @@ def test_rows_that_are_missing_are_on_record() -> None:
     assert entry.key == "20261123T120000-0123abcd-2-missed"
 
 
-def stopped(number: int, who: str, after_s: float) -> Event:
+def stopped(number: int, who: str, after_s: float) -> ProcessEvent:
     fields = {"kind": "request", "ask": "abort", "who": who, "verdict": "pressed"}
-    return Event(number, {**fields, "time_ns": int(after_s * 1e9)})
+    return ProcessEvent(number, {**fields, "time_ns": int(after_s * 1e9)})
 
 
 def test_whoever_may_stop_without_a_name_does_not_fill_the_records_by_doing_so_for_ever() -> None:

@@ -90,7 +90,7 @@ def press_everything(room: SteppedRoom) -> None:
         room.run(0.01)
     room.step(Requests(*(True for _ in Requests._fields)))
     for word in WORDS:
-        room.buttons.answers = [mailbox.Answer(word, word, "start", word, "pressed")]
+        room.buttons.answers = [mailbox.MailboxAnswer(word, word, "start", word, "pressed")]
         room.step()
 
 

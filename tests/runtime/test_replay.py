@@ -11,7 +11,7 @@ from opensuction.recording.cycle_file import tick_table
 from opensuction.recording.cycle_file.heading import Heading
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.tick_table import STARTS, TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.runtime import replay as replays
@@ -42,7 +42,7 @@ class Original:
         ticks: Table,
         start: bool = True,
         heading: Heading | None = None,
-        columns: Sequence[Column] = TICK_COLUMNS,
+        columns: Sequence[SchemaColumn] = TICK_COLUMNS,
     ) -> RecordingReader:
         tables = {**TABLES, TICKS: columns}
         began = self.heading.began_ns
@@ -153,7 +153,7 @@ def test_a_recording_without_a_tick_is_refused(original: Original, tmp_path: Pat
 def test_a_controller_with_other_fields_is_refused_by_name(
     original: Original, tmp_path: Path
 ) -> None:
-    columns = [*TICK_COLUMNS[:-1], Column("state.alarms.of_tomorrow", float)]
+    columns = [*TICK_COLUMNS[:-1], SchemaColumn("state.alarms.of_tomorrow", float)]
     heading = original.heading._replace(software_version="9.9.9")
     reader = original.write(tmp_path / "a", original.ticks, heading=heading, columns=columns)
     with pytest.raises(InputError, match=r"opensuction '9\.9\.9', .* with 'state\.alarms\.of_tom"):

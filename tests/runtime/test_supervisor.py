@@ -20,7 +20,7 @@ from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.runtime import launch
 from opensuction.runtime.paths import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
 from opensuction.runtime.supervised_process import HUNG_S
-from opensuction.runtime.supervisor import Notice, Supervisor
+from opensuction.runtime.supervisor import Supervisor, SupervisorNotice
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.runtime.test_disk import LARGEST_BYTES
 
@@ -36,7 +36,7 @@ def room() -> Iterator[Room]:
         yield made
 
 
-def look(supervisor: Supervisor, seconds: float, wanted: str) -> Notice:
+def look(supervisor: Supervisor, seconds: float, wanted: str) -> SupervisorNotice:
     """Let it look until it has done something."""
     ends_s = time.monotonic() + seconds
     while time.monotonic() < ends_s:

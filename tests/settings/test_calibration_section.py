@@ -9,8 +9,8 @@ from opensuction.controller.calibration import Feedforward
 from opensuction.settings import calibration_section, identification_file
 from opensuction.settings.calibration_section import (
     Branches,
+    CalibratedMachine,
     Measured,
-    Origin,
     Plays,
     Validation,
 )
@@ -18,7 +18,7 @@ from opensuction.settings.identification_file import ON_MEASURED, Identified
 from tests.settings.test_identification_file import identified, refusal, written
 
 MEASURED = Measured(
-    machine=Origin(name="bench", preset="bench", catheter_mm=4.0, seed=3),
+    machine=CalibratedMachine(name="bench", preset="bench", catheter_mm=4.0, seed=3),
     validation=Validation(0.83, 0.09, 0.11, 0.1),
     plays=Plays([6.0, 9.0, 12.5], [0.25, 0.5, 0.125], 0.0, -6.5, 1e-4),
     gap_width=Branches(2.0, 80.0, [20.5, 104.5], [1.5, 85.5]),

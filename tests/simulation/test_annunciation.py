@@ -5,7 +5,7 @@ import numpy as np
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
 from opensuction.simulation import annunciation
-from opensuction.simulation.annunciation import COLUMNS, Told
+from opensuction.simulation.annunciation import COLUMNS, Annunciation
 from opensuction.simulation.trace import Columns
 
 TICKS = 1000
@@ -30,8 +30,8 @@ def test_what_the_controller_says_is_told_when_it_begins() -> None:
     columns["annunciator.said"][100:] = encode({Condition.CATHETER_JAMMED})
     columns["annunciator.said"][300:] = both
     assert annunciation.told(columns) == [
-        Told(Condition.CATHETER_JAMMED, 10.1, "controller"),
-        Told(Condition.CARRIAGE_READING_INVALID, 10.3, "controller"),
+        Annunciation(Condition.CATHETER_JAMMED, 10.1, "controller"),
+        Annunciation(Condition.CARRIAGE_READING_INVALID, 10.3, "controller"),
     ]
 
 
@@ -48,9 +48,9 @@ def test_each_line_is_told_by_its_own() -> None:
     columns["annunciator.message_late"][206:] = 1.0
     columns["annunciator.watchdog_fired"][221:] = 1.0
     assert annunciation.told(columns) == [
-        Told(Condition.RESERVE_ENERGY_USED, 10.2, "power"),
-        Told(Condition.MESSAGE_LATE, 10.206, "drives"),
-        Told(Condition.WATCHDOG_FIRED, 10.221, "drives"),
+        Annunciation(Condition.RESERVE_ENERGY_USED, 10.2, "power"),
+        Annunciation(Condition.MESSAGE_LATE, 10.206, "drives"),
+        Annunciation(Condition.WATCHDOG_FIRED, 10.221, "drives"),
     ]
 
 
@@ -58,4 +58,4 @@ def test_a_line_and_the_controller_tell_a_condition_once() -> None:
     columns = quiet()
     columns["annunciator.watchdog_fired"][200:] = 1.0
     columns["annunciator.said"][250:] = encode({Condition.WATCHDOG_FIRED})
-    assert annunciation.told(columns) == [Told(Condition.WATCHDOG_FIRED, 10.2, "drives")]
+    assert annunciation.told(columns) == [Annunciation(Condition.WATCHDOG_FIRED, 10.2, "drives")]

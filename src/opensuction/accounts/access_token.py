@@ -10,7 +10,7 @@ from opensuction.accounts.refusal import NotSignedInError
 from opensuction.accounts.rule import lifetime, right
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import AccessToken, Session
-from opensuction.accounts.site import Site
+from opensuction.accounts.site import AccountStore
 from opensuction.kernel.errors import InputError
 from opensuction.records import account_rows, entry_check
 from opensuction.records.account_rows import Bearer
@@ -28,7 +28,7 @@ class NewToken(NamedTuple):
 
 
 def issue(
-    site: Site, by: Session | None, label: str, scope: Iterable[str], life: timedelta
+    site: AccountStore, by: Session | None, label: str, scope: Iterable[str], life: timedelta
 ) -> NewToken:
     """Make a token. scope: what it may read, of `right.READ_ONLY`; none of it changes anything.
 
@@ -63,7 +63,7 @@ def issue(
     return NewToken(token, _to_access(made))
 
 
-def find(site: Site, token: str) -> AccessToken:
+def find(site: AccountStore, token: str) -> AccessToken:
     """What a token allows. Raises NotSignedInError where it is unknown, revoked or over."""
     now = site.now()
     with site.reading() as rows:
@@ -74,7 +74,7 @@ def find(site: Site, token: str) -> AccessToken:
     return _to_access(known)
 
 
-def revoke(site: Site, by: Session | None, token_id: str) -> None:
+def revoke(site: AccountStore, by: Session | None, token_id: str) -> None:
     """End a token. Raises InputError for one that is not there."""
     entry_check.check_name("the token's id", token_id)
     with site.changing() as change:
@@ -85,7 +85,7 @@ def revoke(site: Site, by: Session | None, token_id: str) -> None:
         change.note(done_by, "revoke-token", f"{known.label} ({token_id})")
 
 
-def list_tokens(site: Site) -> list[AccessToken]:
+def list_tokens(site: AccountStore) -> list[AccessToken]:
     """Tokens that hold, by their labels."""
     now = site.now()
     with site.reading() as rows:

@@ -9,7 +9,7 @@ from opensuction.accounts.directory import Account, NewPassword
 from opensuction.accounts.password_hash import PasswordHasher
 from opensuction.accounts.session import AccessToken, Session
 from opensuction.accounts.sign_in import SignedIn
-from opensuction.accounts.site import Site
+from opensuction.accounts.site import AccountStore
 from opensuction.records.database import utc_time
 from opensuction.records.database.database import Database
 from opensuction.records.records import Clock
@@ -29,7 +29,7 @@ class Accounts:
         hasher: PasswordHasher | None = None,
     ) -> None:
         """Of a database that is up to date (`Records.open`)."""
-        self._site = Site(database, clock, hasher or PasswordHasher())
+        self._site = AccountStore(database, clock, hasher or PasswordHasher())
 
     def first_start(self) -> NewPassword | None:
         """Make an administrator where there is no account (`directory.first_start`)."""

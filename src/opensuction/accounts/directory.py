@@ -9,7 +9,7 @@ from opensuction.accounts.rule import lifetime, right
 from opensuction.accounts.rule import name as name_rule
 from opensuction.accounts.rule.right import RIGHTS, Right, Role
 from opensuction.accounts.session import Session, check_reason
-from opensuction.accounts.site import Change, Site
+from opensuction.accounts.site import AccountChange, AccountStore
 from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import AccountState, Credential, store_state
 from opensuction.settings.wording import show, unknown
@@ -40,7 +40,7 @@ class NewPassword(NamedTuple):
     expires_at: datetime
 
 
-def first_start(site: Site) -> NewPassword | None:
+def first_start(site: AccountStore) -> NewPassword | None:
     """Make an administrator where there is no account; None: there is one.
 
     While its password has never been changed, each start makes another one: the one that was shown
@@ -70,7 +70,7 @@ def _is_first(states: list[AccountState], credential: Credential | None) -> bool
     return len(states) == 1 and credential is not None and credential.is_one_time
 
 
-def list_accounts(site: Site) -> list[Account]:
+def list_accounts(site: AccountStore) -> list[Account]:
     """All accounts, by their names, those that were deactivated, too."""
     with site.reading() as rows:
         return [
@@ -88,7 +88,7 @@ def list_accounts(site: Site) -> list[Account]:
 
 
 def add(
-    site: Site, by: Session | None, name: str, role: str, is_administrator: bool = False
+    site: AccountStore, by: Session | None, name: str, role: str, is_administrator: bool = False
 ) -> NewPassword:
     """Make an account. by: the administrator; None: a command on the machine itself.
 
@@ -111,7 +111,12 @@ def add(
 
 
 def change_role(
-    site: Site, by: Session | None, name: str, role: str, is_administrator: bool, reason: str
+    site: AccountStore,
+    by: Session | None,
+    name: str,
+    role: str,
+    is_administrator: bool,
+    reason: str,
 ) -> None:
     """Change what an account may do; it holds from the next request on.
 
@@ -131,7 +136,7 @@ def change_role(
         store_state(change.request, change.note(done_by, "change-role", detail), after)
 
 
-def deactivate(site: Site, by: Session | None, name: str, reason: str) -> None:
+def deactivate(site: AccountStore, by: Session | None, name: str, reason: str) -> None:
     """Nobody signs in as this account any more; its sessions end. What it did stays on record."""
     check_reason(reason)
     with site.changing() as change:
@@ -147,7 +152,7 @@ def deactivate(site: Site, by: Session | None, name: str, reason: str) -> None:
         change.rows.drop_bearers(name)
 
 
-def reset_password(site: Site, by: Session | None, name: str) -> NewPassword:
+def reset_password(site: AccountStore, by: Session | None, name: str) -> NewPassword:
     """Make a one-time password; sessions end, waits too. An account that was ended is there again.
 
     Raises InputError for an account that is not there.
@@ -164,7 +169,7 @@ def reset_password(site: Site, by: Session | None, name: str) -> NewPassword:
         return _give_password(change, name, made, password_hash)
 
 
-def _give_password(change: Change, name: str, made: str, password_hash: str) -> NewPassword:
+def _give_password(change: AccountChange, name: str, made: str, password_hash: str) -> NewPassword:
     expires_at = change.now + lifetime.ONE_TIME
     change.rows.put_credential(Credential(name, password_hash, True, change.now, expires_at))
     change.rows.drop_bearers(name)
@@ -172,7 +177,7 @@ def _give_password(change: Change, name: str, made: str, password_hash: str) -> 
     return NewPassword(name, made, expires_at)
 
 
-def check_right(change: Change, by: Session | None, wanted: Right) -> str:
+def check_right(change: AccountChange, by: Session | None, wanted: Right) -> str:
     """Who does it, for the record. Raises NotAllowedError for who may not, as of this moment."""
     if by is None:
         return KEEPER
@@ -189,11 +194,11 @@ def check_right(change: Change, by: Session | None, wanted: Right) -> str:
     return state.account
 
 
-def _check_may(change: Change, by: Session | None) -> str:
+def _check_may(change: AccountChange, by: Session | None) -> str:
     return check_right(change, by, Right.MANAGE_ACCOUNTS)
 
 
-def _find(change: Change, name: str) -> AccountState:
+def _find(change: AccountChange, name: str) -> AccountState:
     state = change.rows.find_state(name) if name_rule.can_be(name) else None
     if state is None:
         names = [one.account for one in change.rows.list_states()]
@@ -201,13 +206,13 @@ def _find(change: Change, name: str) -> AccountState:
     return state
 
 
-def _has_administrator(change: Change, after: AccountState) -> bool:
+def _has_administrator(change: AccountChange, after: AccountState) -> bool:
     """Whether there is one when an account has become this."""
     states = [one for one in change.rows.list_states() if one.account != after.account]
     return any(one.is_active and one.is_administrator for one in (*states, after))
 
 
-def _check_administrators(change: Change, after: AccountState) -> None:
+def _check_administrators(change: AccountChange, after: AccountState) -> None:
     if not _has_administrator(change, after):
         raise InputError(f"'{after.account}' is the last administrator: make another one first")
 

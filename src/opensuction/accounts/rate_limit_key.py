@@ -5,7 +5,7 @@ from typing import NamedTuple
 from opensuction.accounts import secret
 from opensuction.accounts.rule import back_off
 from opensuction.accounts.rule.back_off import BackOff
-from opensuction.accounts.site import Change
+from opensuction.accounts.site import AccountChange
 
 
 class RateLimitKey(NamedTuple):
@@ -33,7 +33,7 @@ def of_device(device_digest: str) -> RateLimitKey:
     return RateLimitKey(secret.digest("device", device_digest), back_off.DEVICE, False)
 
 
-def charge(change: Change, lanes: tuple[RateLimitKey, ...]) -> float:
+def charge(change: AccountChange, lanes: tuple[RateLimitKey, ...]) -> float:
     """Count an attempt in all lanes as failed, or in none where one must wait.
 
     Returns how long to wait, in s; 0: it is counted, look at the password.
@@ -55,7 +55,7 @@ def charge(change: Change, lanes: tuple[RateLimitKey, ...]) -> float:
     return max(waits)
 
 
-def forgive(change: Change, lanes: tuple[RateLimitKey, ...]) -> None:
+def forgive(change: AccountChange, lanes: tuple[RateLimitKey, ...]) -> None:
     """Forget the failures of who succeeded; in a lane that is shared only the own attempt."""
     for lane in lanes:
         if lane.is_shared:
@@ -64,7 +64,7 @@ def forgive(change: Change, lanes: tuple[RateLimitKey, ...]) -> None:
             change.rows.put_attempt(lane.key, None)
 
 
-def refund(change: Change, lanes: tuple[RateLimitKey, ...]) -> None:
+def refund(change: AccountChange, lanes: tuple[RateLimitKey, ...]) -> None:
     """Take an attempt back that neither failed nor succeeded."""
     for lane in lanes:
         attempt = change.rows.find_attempt(lane.key)

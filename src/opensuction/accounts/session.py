@@ -8,7 +8,7 @@ from opensuction.accounts import secret
 from opensuction.accounts.refusal import NotAllowedError, NotSignedInError
 from opensuction.accounts.rule import lifetime, right
 from opensuction.accounts.rule.right import RIGHTS, Right, Role
-from opensuction.accounts.site import Site
+from opensuction.accounts.site import AccountStore
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry_check
 from opensuction.records.account_rows import AccountRows, AccountState, Bearer, Credential
@@ -50,7 +50,7 @@ class AccessToken(NamedTuple):
         return f"the token '{self.label}'"
 
 
-def find(site: Site, token: str, goes_on: bool = True) -> Session:
+def find(site: AccountStore, token: str, goes_on: bool = True) -> Session:
     """Whose session this is. It goes on from now.
 
     goes_on: false where nobody asks for anything, and an open stream only looks whether it still

@@ -21,7 +21,7 @@ from opensuction.accounts.rule import name as name_rule
 from opensuction.accounts.rule import origin as origin_rule
 from opensuction.accounts.rule import password as password_rule
 from opensuction.accounts.session import Session
-from opensuction.accounts.site import Change, Site
+from opensuction.accounts.site import AccountChange, AccountStore
 from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import AccountState, Bearer, Credential
 from opensuction.records.database.column import LONGEST_NAME
@@ -56,7 +56,7 @@ class _Tried(NamedTuple):
 
 
 def sign_in(
-    site: Site, typed: str, password: str, origin: str, device: str | None = None
+    site: AccountStore, typed: str, password: str, origin: str, device: str | None = None
 ) -> SignedIn:
     """Sign somebody in.
 
@@ -94,7 +94,7 @@ def _is_over(credential: Credential, now: datetime) -> bool:
     return credential.is_one_time and (ends_at is None or now >= ends_at)
 
 
-def _count(site: Site, name: str, origin: str, device: str | None) -> tuple[_Tried, float]:
+def _count(site: AccountStore, name: str, origin: str, device: str | None) -> tuple[_Tried, float]:
     """Count a sign-in as failed, or say how long to wait, in s."""
     with site.changing() as change:
         change.rows.drop_old(change.now, change.now - back_off.MEMORY)
@@ -111,7 +111,7 @@ def _count(site: Site, name: str, origin: str, device: str | None) -> tuple[_Tri
         return _Tried(own, origin, device, lanes, change.rows.find_credential(own)), wait_s
 
 
-def _find_holder(change: Change, tried: _Tried) -> tuple[AccountState, Credential] | None:
+def _find_holder(change: AccountChange, tried: _Tried) -> tuple[AccountState, Credential] | None:
     """The account, where it may be used and its password is still the one that was looked at."""
     state = change.rows.find_state(tried.name)
     credential = change.rows.find_credential(tried.name)
@@ -123,7 +123,11 @@ def _find_holder(change: Change, tried: _Tried) -> tuple[AccountState, Credentia
 
 
 def _let_in(
-    change: Change, tried: _Tried, state: AccountState, credential: Credential, anew: str | None
+    change: AccountChange,
+    tried: _Tried,
+    state: AccountState,
+    credential: Credential,
+    anew: str | None,
 ) -> SignedIn:
     rows, now = change.rows, change.now
     rate_limit_key.forgive(change, tried.lanes)
@@ -142,7 +146,7 @@ def _let_in(
     return SignedIn(token, secret.csrf_token(token), device, session.of(state, credential, bearer))
 
 
-def _remember_device(change: Change, tried: _Tried) -> str:
+def _remember_device(change: AccountChange, tried: _Tried) -> str:
     """Remember that this account signed in on this browser, which others may use, too."""
     rows, now = change.rows, change.now
     device = tried.device
@@ -155,14 +159,14 @@ def _remember_device(change: Change, tried: _Tried) -> str:
     return device
 
 
-def _put_failure_on_record(change: Change, tried: _Tried) -> None:
+def _put_failure_on_record(change: AccountChange, tried: _Tried) -> None:
     # The same rows for a name that nobody has: its letters are not kept, it may be a password.
     is_known = change.rows.find_state(tried.name) is not None
     who = f"as {tried.name}" if is_known else "with a name that nobody has"
     change.note(SOMEBODY, "sign-in-refused", f"{who}, from {tried.origin}")
 
 
-def sign_out(site: Site, token: str) -> None:
+def sign_out(site: AccountStore, token: str) -> None:
     """End a session; one that is over already is no error."""
     digest = secret.digest(token)
     with site.changing() as change:
@@ -172,7 +176,7 @@ def sign_out(site: Site, token: str) -> None:
             change.note(bearer.account, "sign-out")
 
 
-def change_password(site: Site, token: str, present: str, wanted: str) -> Session:
+def change_password(site: AccountStore, token: str, present: str, wanted: str) -> Session:
     """Change one's own password; all other sessions of the account end.
 
     Raises WrongPasswordError where the present one is wrong, WaitError after several of those,

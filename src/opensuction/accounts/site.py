@@ -14,7 +14,7 @@ from opensuction.records.records import Clock
 from opensuction.records.request import Request, act
 
 
-class Change:
+class AccountChange:
     """One transaction that changes accounts; whoever else writes waits until it has ended."""
 
     def __init__(self, request: Request) -> None:
@@ -29,7 +29,7 @@ class Change:
         return act(self.request, action)
 
 
-class Site(NamedTuple):
+class AccountStore(NamedTuple):
     """The accounts of one database."""
 
     database: Database
@@ -41,11 +41,11 @@ class Site(NamedTuple):
         return self.clock()
 
     @contextmanager
-    def changing(self) -> Iterator[Change]:
+    def changing(self) -> Iterator[AccountChange]:
         """A transaction that is stored whole or not at all. Raises RecordsError."""
         with self.database.writing() as connection:
             now = self.clock()
-            yield Change(Request(connection, now, now))
+            yield AccountChange(Request(connection, now, now))
 
     @contextmanager
     def reading(self) -> Iterator[AccountRows]:

@@ -18,7 +18,7 @@ from opensuction.accounts.rule.right import RIGHTS, Right
 from opensuction.accounts.session import AccessToken, Session
 from opensuction.console.guard.problem import FieldError, Problem
 from opensuction.console.guard.turn import Turn
-from opensuction.console.site import Site, session_cookie
+from opensuction.console.site import ConsoleContext, session_cookie
 from opensuction.kernel.errors import InputError
 
 CSRF_HEADER = "X-CSRF-Token"
@@ -35,17 +35,17 @@ Holder = Session | AccessToken | None
 """Who asks; None: nobody who signed in."""
 
 
-async def find_site(connection: HTTPConnection) -> Site:
+async def find_site(connection: HTTPConnection) -> ConsoleContext:
     """What the application was made of.
 
     Asynchronous, so that it needs no thread: a stop must not wait for one when all of them wait for
     a database that hangs.
     """
-    found: Site = connection.app.state.site
+    found: ConsoleContext = connection.app.state.site
     return found
 
 
-Here = Annotated[Site, Depends(find_site)]
+Here = Annotated[ConsoleContext, Depends(find_site)]
 """The site, as a parameter of a route."""
 
 
@@ -71,7 +71,7 @@ OutOfTurn = Annotated[None, Depends(leave_turn)]
 
 def session_token(connection: HTTPConnection) -> str | None:
     """What a browser shows; None where nobody has signed in."""
-    site: Site = connection.app.state.site
+    site: ConsoleContext = connection.app.state.site
     name = session_cookie(site.folder, connection.headers.get("host"))
     return connection.cookies.get(name) or None
 
@@ -110,7 +110,7 @@ def find_name(connection: HTTPConnection) -> str | None:
     return None if token is None else names.find(token)
 
 
-def find_session(site: Site, connection: HTTPConnection, token: str) -> Session:
+def find_session(site: ConsoleContext, connection: HTTPConnection, token: str) -> Session:
     """Whose session this is. It goes on from now, unless a page asks by itself.
 
     Raises NotSignedInError for one that is over.
@@ -127,7 +127,7 @@ def find_session(site: Site, connection: HTTPConnection, token: str) -> Session:
     return holder
 
 
-def find_holder(site: Site, connection: HTTPConnection) -> Holder:
+def find_holder(site: ConsoleContext, connection: HTTPConnection) -> Holder:
     """Who asks for something that changes nothing. Raises NotSignedInError for what is over."""
     bearer = _bearer_token(connection)
     if bearer is not None:
@@ -141,7 +141,7 @@ def _require(holder: Holder, wanted: Right) -> None:
     session.require(holder, wanted, reason)
 
 
-def may(wanted: Right) -> Callable[[HTTPConnection, Site], Holder]:
+def may(wanted: Right) -> Callable[[HTTPConnection, ConsoleContext], Holder]:
     """A dependency that lets through who may see something, and says who that is.
 
     What anybody may see asks no database, and nobody's name is known.
@@ -157,7 +157,7 @@ def may(wanted: Right) -> Callable[[HTTPConnection, Site], Holder]:
     return find
 
 
-def may_change(wanted: Right) -> Callable[[HTTPConnection, Site, None], Session]:
+def may_change(wanted: Right) -> Callable[[HTTPConnection, ConsoleContext, None], Session]:
     """A dependency that lets through who may change something: signed in, from the page itself.
 
     In the session's turn: not before what was asked for before is done, and right and session are
@@ -170,7 +170,7 @@ def may_change(wanted: Right) -> Callable[[HTTPConnection, Site, None], Session]
     return find
 
 
-def may_begin(wanted: Right) -> Callable[[HTTPConnection, Site, None], Session]:
+def may_begin(wanted: Right) -> Callable[[HTTPConnection, ConsoleContext, None], Session]:
     """As `may_change`, out of turn: for work on records that changes nothing and takes long."""
 
     def find(connection: HTTPConnection, site: Here, _: OutOfTurn) -> Session:
@@ -179,7 +179,7 @@ def may_begin(wanted: Right) -> Callable[[HTTPConnection, Site, None], Session]:
     return find
 
 
-def allow_change(site: Site, connection: HTTPConnection, wanted: Right) -> Session:
+def allow_change(site: ConsoleContext, connection: HTTPConnection, wanted: Right) -> Session:
     """Who asks for a change, if that person may. Raises errors of `accounts.refusal`."""
     if _bearer_token(connection) is not None:
         raise NotAllowedError("a token of another program changes nothing")

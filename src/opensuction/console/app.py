@@ -36,7 +36,7 @@ from opensuction.console.route import (
     signals,
     teaching,
 )
-from opensuction.console.site import Site, session_cookie
+from opensuction.console.site import ConsoleContext, session_cookie
 from opensuction.report import html
 
 PREFIX, VERSION = "/api/v1", "1"
@@ -61,7 +61,7 @@ BY_THE_GUARD = (400, 403, 408, 413, 421, 422, 429, 500)
 """What any route may answer, whatever it is: the guard does, or what came was of another shape."""
 
 
-def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
+def create_app(site: ConsoleContext, limits: Limits = USUAL) -> FastAPI:
     """The application of a site. limits: how much of everything is let through."""
     rates = Rates(limits)
     app = FastAPI(
@@ -97,7 +97,7 @@ def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
 
 def _begin(app: FastAPI) -> None:
     """What belongs to one event loop."""
-    site: Site = app.state.site
+    site: ConsoleContext = app.state.site
     app.state.broadcast = Broadcast(site.hub)
     app.state.asking = Asking(site.folder, site.hub)
 
@@ -105,7 +105,7 @@ def _begin(app: FastAPI) -> None:
 @asynccontextmanager
 async def _live(app: FastAPI) -> AsyncIterator[None]:
     """While it is served."""
-    site: Site = app.state.site
+    site: ConsoleContext = app.state.site
     _begin(app)
     last_cycle = LastCycle(site.hub, site.records, site.about)
     last_cycle.begin()

@@ -21,7 +21,7 @@ from opensuction.console.app import create_app
 from opensuction.console.guard.throttle import Throttle
 from opensuction.console.live.hub import Hub
 from opensuction.console.server import Server, make_server
-from opensuction.console.site import Origin, Site
+from opensuction.console.site import ConsoleContext, ListeningAddress
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.process_lock import ProcessLock
 from opensuction.kernel import private_file
@@ -109,15 +109,15 @@ def _open_records(database: str | None, is_over: Callable[[], bool]) -> Records 
     return None
 
 
-def _site(folder: Path, settings: ConsoleSettings, records: Records) -> Site:
-    return Site(
+def _site(folder: Path, settings: ConsoleSettings, records: Records) -> ConsoleContext:
+    return ConsoleContext(
         folder=folder,
         records=records,
         accounts=Accounts(records.database),
         hub=Hub(folder),
         recordings=Path(settings.recordings),
         about=lambda: machine_identity.read(folder),
-        origin=Origin(settings.host, settings.port, settings.has_tls),
+        origin=ListeningAddress(settings.host, settings.port, settings.has_tls),
     )
 
 

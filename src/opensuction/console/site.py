@@ -15,7 +15,7 @@ PORT = re.compile(r":(\d{1,5})$", re.ASCII)
 """At the end of a Host header; none where it is the usual one."""
 
 
-class Origin(NamedTuple):
+class ListeningAddress(NamedTuple):
     """Where the console listens."""
 
     host: str
@@ -23,7 +23,7 @@ class Origin(NamedTuple):
     has_tls: bool = False
 
 
-class Site(NamedTuple):
+class ConsoleContext(NamedTuple):
     """All that the routes go by."""
 
     folder: Path
@@ -34,7 +34,7 @@ class Site(NamedTuple):
     recordings: Path
     about: Callable[[], About]
     """Whose machine it is, as of now. Raises InputError."""
-    origin: Origin
+    origin: ListeningAddress
 
 
 def session_cookie(folder: Path, host: str | None) -> str:

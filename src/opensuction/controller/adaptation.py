@@ -13,7 +13,7 @@ from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.estimator import adaptation, mouth_passage
-from opensuction.identification.estimator.adaptation import Change, Evidence
+from opensuction.identification.estimator.adaptation import AdaptationChange, Evidence
 from opensuction.identification.estimator.mouth_passage import (
     UNKNOWN,
     Missed,
@@ -90,6 +90,6 @@ def passed(
     return Evidence(float("nan"), found, Missed.NOTHING)
 
 
-def learn(identified: Calibration, before: Change, seen: Evidence) -> Change:
+def learn(identified: Calibration, before: AdaptationChange, seen: Evidence) -> AdaptationChange:
     """What to go by after a cycle that showed this; see `adaptation.update`."""
     return adaptation.update(before, seen, prandtl_ishlinskii.gap_mm(identified.plays))

@@ -21,7 +21,7 @@ CUT = "..."
 """Ends words that were cut."""
 
 
-class Event(NamedTuple):
+class ProcessEvent(NamedTuple):
     """One of them."""
 
     number: int
@@ -73,9 +73,9 @@ class EventReader:
         """Read on after this event."""
         self._ring.next = number + 1
 
-    def read(self) -> tuple[list[Event], int]:
+    def read(self) -> tuple[list[ProcessEvent], int]:
         """What has been told since the last call, and how many were missed before it."""
         found = self._ring.read()
         told = [json.loads(row.tobytes()) for row in found.rows]
-        events = [Event(found.first + i, fields) for i, fields in enumerate(told)]
+        events = [ProcessEvent(found.first + i, fields) for i, fields in enumerate(told)]
         return events, found.missed

@@ -43,7 +43,7 @@ KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 """What the key of such a request looks like."""
 
 
-class Answer(NamedTuple):
+class MailboxAnswer(NamedTuple):
     """What became of a datagram."""
 
     key: str
@@ -63,7 +63,7 @@ def _stop_path(path: Path) -> Path:
     return path.with_name(path.name + ".stop")
 
 
-class Asked(NamedTuple):
+class MailboxRequest(NamedTuple):
     """A datagram that was understood."""
 
     ask: str
@@ -74,18 +74,18 @@ class Asked(NamedTuple):
     sent_ns: int
 
 
-def answer(asked: Asked, verdict: str) -> Answer:
+def answer(asked: MailboxRequest, verdict: str) -> MailboxAnswer:
     """What became of it."""
-    return Answer(asked.key, asked.who, asked.ask, asked.at, verdict)
+    return MailboxAnswer(asked.key, asked.who, asked.ask, asked.at, verdict)
 
 
-def _understand(data: bytes) -> Asked | None:
+def _understand(data: bytes) -> MailboxRequest | None:
     """The datagram as it should be; None for any other."""
     if len(data) > LARGEST:
         return None
     try:
         told: Any = json.loads(data)
-        found = Asked(**told)
+        found = MailboxRequest(**told)
     except (ValueError, TypeError, RecursionError):
         return None
     words = (found.ask, found.who, found.key, found.at)
@@ -114,9 +114,9 @@ class Mailbox:
             raise InputError(f"no requests can be taken at {path}: {error}") from None
         self._seen: OrderedDict[str, None] = OrderedDict()
         self._last: OrderedDict[str, int] = OrderedDict()
-        self._waiting: deque[Asked] = deque()
+        self._waiting: deque[MailboxRequest] = deque()
         self._down: frozenset[str] = frozenset()
-        self.setting: Asked | None = None
+        self.setting: MailboxRequest | None = None
         """A request of other settings, for the loop to take and to answer."""
 
     def close(self) -> None:
@@ -125,12 +125,12 @@ class Mailbox:
             own.close()
             path.unlink(missing_ok=True)
 
-    def receive(self) -> tuple[Requests, list[Answer]]:
+    def receive(self) -> tuple[Requests, list[MailboxAnswer]]:
         """The buttons of this tick, and what became of the datagrams that came or waited.
 
         A button that was down in the last tick is up in this one: two that press it press twice.
         """
-        answers: list[Answer] = []
+        answers: list[MailboxAnswer] = []
         down: set[str] = set()
         waiting, self._waiting = self._waiting, deque()
         for asked in waiting:
@@ -147,11 +147,11 @@ class Mailbox:
             return NO_REQUESTS, answers
         return NO_REQUESTS._replace(**dict.fromkeys(down, True)), answers
 
-    def _take(self, data: bytes, down: set[str], answers: list[Answer]) -> None:
+    def _take(self, data: bytes, down: set[str], answers: list[MailboxAnswer]) -> None:
         """Obey a datagram, or say why not."""
         asked = _understand(data)
         if asked is None:
-            answers.append(Answer("", "", "", "", "malformed"))
+            answers.append(MailboxAnswer("", "", "", "", "malformed"))
             return
         reason = self._refuse(asked)
         if not reason and asked.ask == SET_PROTOCOL:
@@ -164,7 +164,7 @@ class Mailbox:
         else:
             self._press(asked, down, answers)
 
-    def _press(self, asked: Asked, down: set[str], answers: list[Answer]) -> None:
+    def _press(self, asked: MailboxRequest, down: set[str], answers: list[MailboxAnswer]) -> None:
         """Put its button down, or keep it for the next tick.
 
         Whoever stops in a tick in which another one does, too, has stopped with it.
@@ -180,7 +180,7 @@ class Mailbox:
             verdict = "pressed"
         answers.append(answer(asked, verdict))
 
-    def _refuse(self, asked: Asked) -> str:
+    def _refuse(self, asked: MailboxRequest) -> str:
         """Why it is not obeyed; empty where it is. To stop is refused to nobody."""
         late = asked.number <= self._last.get(asked.who, -1)
         if asked.ask != STOP:
@@ -192,7 +192,7 @@ class Mailbox:
             _keep(self._last, asked.who, asked.number, SENDERS_KEPT)
         return ""
 
-    def _refuse_button(self, asked: Asked, late: bool) -> str:
+    def _refuse_button(self, asked: MailboxRequest, late: bool) -> str:
         now_ns = time.monotonic_ns()
         if asked.key in self._seen:
             return "twice"
@@ -238,7 +238,7 @@ class Sender:
         Raises InputError where nobody listens, or does not come round to it.
         """
         self._number += 1
-        asked = Asked(ask, self._who, key, at, self._number, time.monotonic_ns())
+        asked = MailboxRequest(ask, self._who, key, at, self._number, time.monotonic_ns())
         data = json.dumps(asked._asdict()).encode()
         path = _stop_path(self._path) if ask == STOP else self._path
         try:

@@ -35,7 +35,7 @@ writer does not come upon it again."""
 Rows = npt.NDArray[np.float64]
 
 
-class Facts(NamedTuple):
+class RingFacts(NamedTuple):
     """What a ring says of itself."""
 
     columns: tuple[str, ...]
@@ -85,8 +85,8 @@ class RingWriter:
     ) -> None:
         """Make the file anew, or refuse where another process writes it; raises InputError.
 
-        slots: how many rows are kept. told: see `Facts.told`. before: where the file goes that was
-        there; None: it goes.
+        slots: how many rows are kept. told: see `RingFacts.told`. before: where the file goes that
+        was there; None: it goes.
         """
         _warm_up()
         self._lock = private_file.append(path.with_name(path.name + ".lock"))
@@ -154,7 +154,7 @@ class RingReader:
         if len(self._memory) < start + slots * (width + slot.AROUND) * WORD:
             raise InputError(f"{path} is cut off: {len(self._memory)} bytes")
         text = json.loads(self._memory[HEADER_WORDS * WORD : HEADER_WORDS * WORD + said])
-        self.facts = Facts(tuple(text["columns"]), slots, text["told"])
+        self.facts = RingFacts(tuple(text["columns"]), slots, text["told"])
         self._words = words
         self._slots = words[start // WORD :][: slots * (width + slot.AROUND)].reshape(slots, -1)
         self.next = 1

@@ -1,7 +1,7 @@
 """The control loop's interface to a machine, whether it turns motors or only computes.
 
 A machine keeps its own time. The loop reads its newest readings, and the machine takes the loop's
-newest commands; neither waits for the other. Without new commands for `Facts.watchdog_s` the
+newest commands; neither waits for the other. Without new commands for `MachineFacts.watchdog_s` the
 machine's drives act on their own, and obey nothing until a controller says that it has started anew
 (`DriveMessage.released`).
 """
@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 from opensuction.kernel.record import Array
 
 
-class Facts(NamedTuple):
+class MachineFacts(NamedTuple):
     """What a machine says of itself."""
 
     name: str
@@ -31,7 +31,7 @@ class Facts(NamedTuple):
 class Port(Protocol):
     """A machine, as the loop sees it."""
 
-    facts: Facts
+    facts: MachineFacts
 
     def read(self, readings: Array) -> int:
         """Write the newest readings into a row by the columns of `Readings`; their number.

@@ -19,7 +19,7 @@ WAIT_S = 5.0
 """Longest wait for another program that writes."""
 
 
-class Asked(NamedTuple):
+class AuditScope(NamedTuple):
     """What is wanted of an audit."""
 
     expected: str | None = None
@@ -40,7 +40,7 @@ class _Recordings(NamedTuple):
     """Of those the ones after the first of their machine that is bound."""
 
 
-def audit(database: Database, asked: Asked = Asked()) -> AuditReport:  # noqa: B008 - frozen
+def audit(database: Database, asked: AuditScope = AuditScope()) -> AuditReport:  # noqa: B008 - frozen
     """Read the whole trail of a database, then the recordings; writes nothing.
 
     Raises RecordsError for one that is empty, or not of the version that this program knows.

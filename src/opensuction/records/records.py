@@ -20,7 +20,7 @@ from opensuction.records.database.database import Database, connect, create_file
 from opensuction.records.database.utc_time import to_utc
 from opensuction.records.entry import (
     Action,
-    Alarm,
+    AlarmEntry,
     BoundFile,
     CycleEnd,
     CycleStart,
@@ -156,7 +156,7 @@ class Records:
     def add_alarm(
         self,
         machine: Machine,
-        alarm: Alarm,
+        alarm: AlarmEntry,
         cycle_id: str | None = None,
         key: str | None = None,
         at: datetime | None = None,
@@ -299,4 +299,4 @@ class Records:
 
         expected: the hash of a head noted before.
         """
-        return audit.audit(self.database, audit.Asked(expected))
+        return audit.audit(self.database, audit.AuditScope(expected))

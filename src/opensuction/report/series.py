@@ -36,7 +36,7 @@ DIGITS = 4
 """Digits of a value that a plot can show, the first counted at the range of its quantity."""
 
 
-class Column(NamedTuple):
+class PlotColumn(NamedTuple):
     """A series of the page: its short name and the trace's column, with its decimals."""
 
     name: str
@@ -47,30 +47,30 @@ class Column(NamedTuple):
 
 
 MACHINE = (
-    Column("tip", "truth.tip_mm", 2),
-    Column("estimated", "estimate.tip_mm", 2),
-    Column("head", "readings.head_mm", 2),
-    Column("reference", "demand.reference_mm", 2),
-    Column("deepest", "verdict.deepest_mm", 2),
-    Column("valve", "truth.valve_open_ratio", 3, "measured.valve_open_ratio"),
-    Column("line_vacuum", "readings.line_vacuum_mmhg", 1),
-    Column("tip_vacuum", "truth.tip_vacuum_mmhg", 1),
-    Column("removed", "truth.secretion_removed_ml", 3),
-    Column("contact", "truth.contact_n", 3),
+    PlotColumn("tip", "truth.tip_mm", 2),
+    PlotColumn("estimated", "estimate.tip_mm", 2),
+    PlotColumn("head", "readings.head_mm", 2),
+    PlotColumn("reference", "demand.reference_mm", 2),
+    PlotColumn("deepest", "verdict.deepest_mm", 2),
+    PlotColumn("valve", "truth.valve_open_ratio", 3, "measured.valve_open_ratio"),
+    PlotColumn("line_vacuum", "readings.line_vacuum_mmhg", 1),
+    PlotColumn("tip_vacuum", "truth.tip_vacuum_mmhg", 1),
+    PlotColumn("removed", "truth.secretion_removed_ml", 3),
+    PlotColumn("contact", "truth.contact_n", 3),
 )
 """Series of machine and airway; a column that a trace lacks is left out."""
 
 PATIENT = (
-    Column(
+    PlotColumn(
         "airway_pressure",
         "truth.airway_pressure_cmh2o",
         2,
         "readings.monitor.airway_pressure_cmh2o",
     ),
-    Column("lung_volume", "truth.lung_volume_ml", 1),
-    Column("lung_volume_loss", "truth.lung_volume_loss_ml", 1),
-    Column("spo2", "truth.spo2_percent", 2, "readings.monitor.spo2_percent"),
-    Column("heart_rate", "truth.heart_rate_per_min", 1, "readings.monitor.heart_rate_per_min"),
+    PlotColumn("lung_volume", "truth.lung_volume_ml", 1),
+    PlotColumn("lung_volume_loss", "truth.lung_volume_loss_ml", 1),
+    PlotColumn("spo2", "truth.spo2_percent", 2, "readings.monitor.spo2_percent"),
+    PlotColumn("heart_rate", "truth.heart_rate_per_min", 1, "readings.monitor.heart_rate_per_min"),
 )
 """Series of the patient on the machine, likewise."""
 
@@ -78,7 +78,7 @@ MEASURED = ("truth.laser_mm", "truth.tip_mm")
 """Tip position that the tracking error is taken from: the first of these that the trace has."""
 
 
-def extract(trace: Trace, columns: Sequence[Column]) -> Series:
+def extract(trace: Trace, columns: Sequence[PlotColumn]) -> Series:
     """Series by short name, full length."""
     found = {}
     for entry in columns:

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.ipc.event_ring import Event
+from opensuction.ipc.event_ring import ProcessEvent
 from opensuction.ipc.mailbox import STOP
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.transition import Event as Transition
-from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
+from opensuction.records.entry import Action, AlarmEntry, CycleEnd, Outcome
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
 from opensuction.runtime.recorder import name_of as name_of_file
 from opensuction.runtime.row_event import told
@@ -52,7 +52,7 @@ class Entry(NamedTuple):
 
     key: str
     at: datetime
-    what: "Begun | CycleEnd | Alarm | Action"
+    what: "Begun | CycleEnd | AlarmEntry | Action"
 
 
 class Begun(NamedTuple):
@@ -63,7 +63,7 @@ class Begun(NamedTuple):
     """Name of its file, or of its first part."""
 
 
-class Run(NamedTuple):
+class ControllerRun(NamedTuple):
     """The controller that is followed."""
 
     name: str
@@ -80,7 +80,7 @@ def in_words(text: str, most: int = 64) -> str:
 class Journal:
     """Follows one controller, row by row."""
 
-    def __init__(self, run: Run, before: Array | None, goes_on: float = AT_REST) -> None:
+    def __init__(self, run: ControllerRun, before: Array | None, goes_on: float = AT_REST) -> None:
         """before: the row before the first, where there is one.
 
         goes_on: when the machine left its rest, of what goes on there and has been put on record.
@@ -112,7 +112,7 @@ class Journal:
         detail = f"{ticks} ticks: what happened in them is not on record"
         return self._entry("missed", first, Action(MACHINE, "rows-missed", detail))
 
-    def follow(self, rows: Array, happened: Iterable[Event]) -> Iterator[Entry]:
+    def follow(self, rows: Array, happened: Iterable[ProcessEvent]) -> Iterator[Entry]:
         """The entries of rows, in order, and of what was told until then."""
         for event in happened:
             yield from self._hear(event)
@@ -138,7 +138,7 @@ class Journal:
         detail = f"the controller died while {name_of(phase)}, the head at {head_mm:.1f} mm"
         yield self._entry("end", self._last, CycleEnd(Outcome.INTERRUPTED, detail))
 
-    def _entry(self, kind: str, row: Array, what: Begun | CycleEnd | Alarm | Action) -> Entry:
+    def _entry(self, kind: str, row: Array, what: Begun | CycleEnd | AlarmEntry | Action) -> Entry:
         tick = int(row[_TICK])
         return Entry(f"{self._run.name}-{tick}-{kind}", self._at(row[_TIME] * NS_PER_S), what)
 
@@ -164,7 +164,7 @@ class Journal:
         for number in condition_mask.decode(mask & ~self._known):
             condition = Condition(number)
             priority = Priority(condition.row.handling.priority)
-            alarm = Alarm(condition.name, priority.name.lower(), condition.row.sentence)
+            alarm = AlarmEntry(condition.name, priority.name.lower(), condition.row.sentence)
             yield self._entry(f"alarm-{number}", row, alarm)
         self._known = mask
 
@@ -198,7 +198,7 @@ class Journal:
         self._stops[who] = at
         return False
 
-    def _hear(self, event: Event) -> Iterator[Entry]:
+    def _hear(self, event: ProcessEvent) -> Iterator[Entry]:
         """What was told in words."""
         fields = event.fields
         kind, verdict = str(fields["kind"]), str(fields.get("verdict", ""))

@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.ipc.event_ring import Event as Happening
+from opensuction.ipc.event_ring import ProcessEvent
 from opensuction.ipc.ring import Read
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file import tick_table
 from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.event import RecordedEvent
 from opensuction.recording.cycle_file.extent import Extent
 from opensuction.recording.cycle_file.heading import Heading
 from opensuction.recording.cycle_file.reader import RecordingReader
@@ -82,7 +82,7 @@ class Recorder:
         self._heading = describe()
         self._before: deque[Array] = deque()
         """Rows of the last second at rest, in pieces."""
-        self._heard: deque[Happening] = deque(maxlen=HEARD)
+        self._heard: deque[ProcessEvent] = deque(maxlen=HEARD)
         """What was told last."""
         self._last = state
         """The state before them; None where rows are missing there."""
@@ -121,7 +121,7 @@ class Recorder:
             return self._number - sum(map(len, self._before))
         return self._offset + self._writer.written_rows
 
-    def take(self, found: Read, happened: Sequence[Happening]) -> None:
+    def take(self, found: Read, happened: Sequence[ProcessEvent]) -> None:
         """What the ring has given, and what was told till then.
 
         Where it cannot be kept `lost` says why, and all after `kept` is to be given again.
@@ -174,16 +174,18 @@ class Recorder:
         """That rows are missing before these."""
         if self._missed and len(rows):
             tick, time_ns = int(rows[0, _TICK]), int(self._utc_ns(rows[:1])[0])
-            writer.add_event(time_ns, Event(tick, "gap", "rows-missed", f"{self._missed} ticks"))
+            writer.add_event(
+                time_ns, RecordedEvent(tick, "gap", "rows-missed", f"{self._missed} ticks")
+            )
             self._missed = 0
 
-    def _tell(self, happened: Sequence[Happening]) -> None:
+    def _tell(self, happened: Sequence[ProcessEvent]) -> None:
         """What was told: now, and with a recording that begins soon."""
         self._heard.extend(happened)
         if self._writer is not None:
             self._add(self._writer, happened)
 
-    def _add(self, writer: RecordingWriter, happened: Sequence[Happening]) -> None:
+    def _add(self, writer: RecordingWriter, happened: Sequence[ProcessEvent]) -> None:
         for one in happened:
             time_ns = self._heading.began_ns + int(one.fields.get("time_ns", 0))
             writer.add_event(time_ns, row_event.of_happening(one))

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.controller import configuration
-from opensuction.ipc.event_ring import COLUMNS, Event, EventReader
+from opensuction.ipc.event_ring import COLUMNS, EventReader, ProcessEvent
 from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.process_lock import ProcessLock, holder
@@ -120,7 +120,7 @@ class ControllerSession:
             self._about_of, self._about = found, machine_identity.read(self._folder)
             self._context = self._context._replace(about=self._about)
 
-    def take(self, found: Read, happened: list[Event]) -> None:
+    def take(self, found: Read, happened: list[ProcessEvent]) -> None:
         """What the controller has published."""
         self._ask_whose()
         self._recorder.take(found, happened)
@@ -232,7 +232,7 @@ class RecorderService:
             sys.stderr.write(f"opensuction: not kept: {lost}\n")
             sys.stderr.flush()
 
-    def _hear_watch(self) -> list[Event]:
+    def _hear_watch(self) -> list[ProcessEvent]:
         """What the supervisor has told since the last call, whichever there is."""
         if self._watch.look() and self._watch.reader is not None:
             self._watched = EventReader(self._watch.reader)

@@ -19,7 +19,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file import tick_table
 from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.tick_table import (
     INPUT_PART,
     OUTPUT_PART,
@@ -169,7 +169,7 @@ class _Player:
             )
 
 
-def _check_columns(reader: RecordingReader, topic: str, columns: tuple[Column, ...]) -> None:
+def _check_columns(reader: RecordingReader, topic: str, columns: tuple[SchemaColumn, ...]) -> None:
     """Refuse a recording of a controller with other fields; raises InputError."""
     found = reader.tables.get(topic, ())
     if found == columns:

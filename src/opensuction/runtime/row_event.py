@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.ipc.event_ring import Event as Happening
+from opensuction.ipc.event_ring import ProcessEvent
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.transition import Event as Transition
-from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.event import RecordedEvent
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
@@ -50,7 +50,7 @@ def seen_in(row: Array) -> Seen:
     return Seen(int(row[_PHASE]), int(row[_TRIPS]), int(told(row[np.newaxis])[0]))
 
 
-def find(rows: Array, before: Seen) -> Iterator[tuple[int, Event]]:
+def find(rows: Array, before: Seen) -> Iterator[tuple[int, RecordedEvent]]:
     """Events with the index of their row. before: of the row before the first."""
     watched = np.stack((rows[:, _PHASE], rows[:, _TRIPS], told(rows)))
     changes = np.diff(watched, axis=1, prepend=np.array(before, float)[:, np.newaxis]).any(axis=0)
@@ -60,19 +60,19 @@ def find(rows: Array, before: Seen) -> Iterator[tuple[int, Event]]:
         if now.phase != before.phase:
             cause = int(row[_CAUSE])
             detail = f"after {name_of(Transition(cause))}" if cause >= 0 else ""
-            yield int(at), Event(tick, "phase", name_of(Phase(now.phase)), detail)
+            yield int(at), RecordedEvent(tick, "phase", name_of(Phase(now.phase)), detail)
         for number in condition_mask.decode(now.trips & ~before.trips):
-            yield int(at), Event(tick, "trip", name_of(Condition(number)))
+            yield int(at), RecordedEvent(tick, "trip", name_of(Condition(number)))
         for number in condition_mask.decode(now.told ^ before.told):
             detail = "raised" if now.told >> number & 1 else "ended"
-            yield int(at), Event(tick, "alarm", name_of(Condition(number)), detail)
+            yield int(at), RecordedEvent(tick, "alarm", name_of(Condition(number)), detail)
         before = now
 
 
-def of_happening(happening: Happening) -> Event:
+def of_happening(happening: ProcessEvent) -> RecordedEvent:
     """What the loop has told in words."""
     fields = happening.fields
-    return Event(
+    return RecordedEvent(
         int(fields.get("tick", 0)),
         str(fields["kind"]),
         str(fields.get("ask", fields.get("what", fields["kind"]))),

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.ipc.event_ring import Event, EventReader
+from opensuction.ipc.event_ring import EventReader, ProcessEvent
 from opensuction.ipc.read_checkpoint import Place
 from opensuction.ipc.ring import Read, RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.runtime.journal import Run
+from opensuction.runtime.journal import ControllerRun
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM
 
 _LEFT = ROW_COLUMNS.index("loop.left_rest")
@@ -41,7 +41,7 @@ class Source:
         if self._rows.facts.columns != ROW_COLUMNS:
             raise InputError(f"{rows} is of another version of the controller")
         told = self._rows.facts.told
-        self.run = Run(told["run"], int(told["began_utc_ns"]))
+        self.run = ControllerRun(told["run"], int(told["began_utc_ns"]))
         self.settings_hash, self.version = told["settings"], told["version"]
         self._first = np.frombuffer(bytes.fromhex(told[STARTED_FROM]))
         self.event = 0
@@ -64,15 +64,15 @@ class Source:
             return Left(None, None, AT_REST)
         return Left(found.rows[0], found.rows[0, _STATE], goes_on)
 
-    def read(self) -> tuple[Read, list[Event]]:
+    def read(self) -> tuple[Read, list[ProcessEvent]]:
         """What has come since the last call."""
         return self._rows.read(), self._hear()
 
-    def drain(self) -> tuple[Read, list[Event]]:
+    def drain(self) -> tuple[Read, list[ProcessEvent]]:
         """All that a controller left that writes no more."""
         return self._rows.drain(), self._hear()
 
-    def _hear(self) -> list[Event]:
+    def _hear(self) -> list[ProcessEvent]:
         events = self._events.read()[0]
         self.event = events[-1].number if events else self.event
         return events

@@ -44,7 +44,7 @@ CONTROL_HUNG_S, CONSOLE_HUNG_S = 1.0, 5.0
 """A console does many things that nobody waits for, and moves nothing."""
 
 
-class Notice(NamedTuple):
+class SupervisorNotice(NamedTuple):
     """Something that it did."""
 
     what: str
@@ -94,7 +94,7 @@ class Supervisor:
 
     def begin(
         self,
-        tell: Callable[[Notice], None] = lambda _: None,
+        tell: Callable[[SupervisorNotice], None] = lambda _: None,
         meanwhile: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> None:
         """Start or find them; returns once they work. Raises InputError where they do not.
@@ -121,14 +121,14 @@ class Supervisor:
                     tell(self._note(*done))
             time.sleep(LOOKS_S)
 
-    def look(self) -> list[Notice]:
+    def look(self) -> list[SupervisorNotice]:
         """Give a sign of life and see to the others; to be called every `LOOKS_S`."""
         self._heartbeat.beat(Process.SUPERVISOR)
         done = [process.look() for process in self._supervised]
         told = [self._note(*one) for one in done if one is not None]
         return [*told, *self._look_at_keeping()]
 
-    def _look_at_keeping(self) -> list[Notice]:
+    def _look_at_keeping(self) -> list[SupervisorNotice]:
         """Whether the recorder can keep what it hears: a disk may be full, a database gone."""
         since_s = self._heartbeat.age_s(Process.KEEPING)
         lives = self._heartbeat.age_s(Process.RECORDER) < MISSED_S
@@ -144,10 +144,10 @@ class Supervisor:
             return [self._note("recorder-keeps", "")]
         return []
 
-    def _note(self, what: str, detail: str) -> Notice:
+    def _note(self, what: str, detail: str) -> SupervisorNotice:
         self._number += 1
         self._events.write("watch", 0, what=what, detail=detail, key=f"{self._run}-{self._number}")
-        return Notice(what, detail)
+        return SupervisorNotice(what, detail)
 
     def end(self, meanwhile: Callable[[], None] = lambda: None) -> bool:
         """End them in order; whether they did. The catheter comes out first."""

@@ -24,7 +24,7 @@ MOST_ENTRIES = 1000
 """Of a curve; the estimator makes 40."""
 
 
-class Origin(NamedTuple):
+class CalibratedMachine(NamedTuple):
     """The machine that was calibrated."""
 
     name: str
@@ -69,7 +69,7 @@ class Branches(NamedTuple):
 class Measured(NamedTuple):
     """Sections of a calibrated machine; a file has all of them or none."""
 
-    machine: Origin
+    machine: CalibratedMachine
     validation: Validation
     plays: Plays
     gap_width: Branches

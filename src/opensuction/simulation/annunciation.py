@@ -37,7 +37,7 @@ COLUMNS = (SAID, *LINES)
 """What the annunciator shows, in the trace."""
 
 
-class Told(NamedTuple):
+class Annunciation(NamedTuple):
     """People were told of a condition."""
 
     condition: Condition
@@ -67,7 +67,7 @@ def _teller(columns: Columns, tick: int, condition: Condition) -> str:
     return next(line.by for line in LINES.values() if line.condition == condition)
 
 
-def told(columns: Columns) -> list[Told]:
+def told(columns: Columns) -> list[Annunciation]:
     """What people were told in a run, in order of time; each condition when it is first shown.
 
     A condition that is no longer shown and comes again is told again. columns: those of `COLUMNS`
@@ -77,7 +77,7 @@ def told(columns: Columns) -> list[Told]:
     before = np.concatenate(([0], shown[:-1]))
     news = shown & ~before
     return [
-        Told(
+        Annunciation(
             Condition(number),
             float(columns["time_s"][tick]),
             _teller(columns, int(tick), Condition(number)),

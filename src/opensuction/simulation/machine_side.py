@@ -78,7 +78,7 @@ _read_sent = row.reader(DriveMessage, checked=False)
 _write_shown = row.writer(Shown, checked=False)
 
 
-class Past(NamedTuple):
+class LinkMemory(NamedTuple):
     """What the link remembers, as tables that it writes: see `link.rings`."""
 
     got: Ring
@@ -88,7 +88,7 @@ class Past(NamedTuple):
 
 @compiled
 def _obey(
-    side: MachineSide, state: MachineSideState, sent: DriveMessage, new: bool, past: Past
+    side: MachineSide, state: MachineSideState, sent: DriveMessage, new: bool, past: LinkMemory
 ) -> tuple[MachineSideState, Commands, Message]:
     """What the drives go by in this tick, and what is shown at the bedside."""
     wires, tick = side.wiring.link, state.tick
@@ -121,7 +121,7 @@ def _obey(
 
 @compiled
 def _report(
-    side: MachineSide, state: MachineSideState, came: Message, past: Past
+    side: MachineSide, state: MachineSideState, came: Message, past: LinkMemory
 ) -> tuple[MachineSideState, Readings]:
     """What leaves for the controller after the machine has moved."""
     wires, tick = side.wiring.link, state.tick
@@ -150,7 +150,7 @@ class _Memory(NamedTuple):
     state: Array
     """A row by the columns of `MachineSideState`."""
     apart: _Apart
-    past: Past
+    past: LinkMemory
 
 
 @compiled
@@ -199,7 +199,7 @@ def begin(side: MachineSide, plant_state: PlantState) -> dict[str, Array]:
         "side": plain_row.pack(MachineSide, side),
         "state": plain_row.pack(MachineSideState, state),
         **apart._asdict(),
-        **Past(*link.rings(told))._asdict(),
+        **LinkMemory(*link.rings(told))._asdict(),
     }
 
 
@@ -233,5 +233,5 @@ def _memory_of(begun: Mapping[str, Array]) -> _Memory:
     return _Memory(
         copies["state"],
         _Apart(*(copies[name] for name in _Apart._fields)),
-        Past(*(copies[name] for name in Past._fields)),
+        LinkMemory(*(copies[name] for name in LinkMemory._fields)),
     )

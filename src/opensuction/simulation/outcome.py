@@ -16,7 +16,7 @@ from opensuction.safety.alarm import alarm_episode
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
 from opensuction.simulation import alarm_record, annunciation
-from opensuction.simulation.annunciation import Told
+from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns, PhaseSpan, phase_spans
 from opensuction.twin.machine.machine import Machine
@@ -77,7 +77,7 @@ class Outcome(NamedTuple):
     trips: tuple[TripTime, ...]
     alarms: tuple[Episode, ...]
     """In the order in which they were raised."""
-    told: tuple[Told, ...]
+    told: tuple[Annunciation, ...]
     """What people were told at the bedside, in order of time: what nobody tells is not here."""
     abort: Abort | None
 

@@ -13,7 +13,7 @@ from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import link
-from opensuction.twin.fault.link import SILENT, Link, LinkState, Message, Past, Ring
+from opensuction.twin.fault.link import SILENT, Link, LinkPast, LinkState, Message, Ring
 from opensuction.twin.machine import annunciator, drive_watchdog
 from opensuction.twin.machine.annunciator import Annunciator, Lines
 from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
@@ -68,7 +68,7 @@ class Between(NamedTuple):
     """What lies between the two sides as a tick begins."""
 
     linked: LinkedState
-    past: Past
+    past: LinkPast
 
 
 @compiled

@@ -14,7 +14,7 @@ from opensuction.console.access import leave_turn, wait_turn
 from opensuction.console.app import ROUTES
 from opensuction.console.guard.limits import UNHURRIED, Limits
 from opensuction.console.guard.origin import SAFE
-from opensuction.console.live.button_press import Asked, Asking
+from opensuction.console.live.button_press import Asking, ButtonPress
 from opensuction.kernel.errors import InputError
 from tests.console.listening import listening
 from tests.console.pressing import LONG_S, REQUESTS, Pressing, pressing
@@ -220,7 +220,7 @@ def test_who_waits_for_room_in_the_mailbox_is_not_overtaken(
     people.held.may_go.set()
     put, waits, may_go = Asking._put, threading.Event(), threading.Event()
 
-    def put_slowly(asking: Asking, asked: Asked, patience_s: float) -> None:
+    def put_slowly(asking: Asking, asked: ButtonPress, patience_s: float) -> None:
         if asked.ask == "acknowledge":
             if patience_s == 0.0:
                 raise InputError("no room")

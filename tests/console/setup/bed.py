@@ -10,7 +10,7 @@ from starlette.testclient import TestClient
 from opensuction.accounts.accounts import Accounts
 from opensuction.console.app import create_app
 from opensuction.console.guard.limits import UNHURRIED
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.control.compensation import CompensationKind
 from opensuction.records.records import Records
 from opensuction.runtime import machine_identity
@@ -30,7 +30,7 @@ class Bed(NamedTuple):
     served: Served
 
     @property
-    def site(self) -> Site:
+    def site(self) -> ConsoleContext:
         return self.served.site
 
     def client(self, role: str | None) -> TestClient:

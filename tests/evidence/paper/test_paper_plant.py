@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from opensuction.evidence.paper import paper_plant
-from opensuction.evidence.paper.paper_candidate import CANDIDATES, SHOWN, Candidate
+from opensuction.evidence.paper.paper_candidate import CANDIDATES, SHOWN, PlantCandidate
 from opensuction.evidence.paper.paper_plant import BOUC_WEN_RMSE_MM, RMSE_MM, Found
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
@@ -60,7 +60,7 @@ def test_held_at_its_printed_shape_bouc_wen_is_no_better_on_the_twin_s_excitatio
 
 @pytest.mark.soak
 @pytest.mark.parametrize("candidate", CANDIDATES, ids=lambda one: f"{one.name}, {one.excitation}")
-def test_the_numbers_of_a_candidate_are_those_that_are_found(candidate: Candidate) -> None:
+def test_the_numbers_of_a_candidate_are_those_that_are_found(candidate: PlantCandidate) -> None:
     found = paper_plant.solve(candidate)
     assert found == pytest.approx(candidate.solved, rel=0.03, abs=0.02)
 

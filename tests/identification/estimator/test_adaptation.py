@@ -8,7 +8,12 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from opensuction.identification.estimator import adaptation
-from opensuction.identification.estimator.adaptation import Change, Evidence, Finding, Spoilt
+from opensuction.identification.estimator.adaptation import (
+    AdaptationChange,
+    Evidence,
+    Finding,
+    Spoilt,
+)
 from opensuction.identification.estimator.gap_scale import TRUSTED
 from opensuction.identification.estimator.mouth_passage import (
     AS_IDENTIFIED,
@@ -30,11 +35,11 @@ def seen(contact: float = NAN, mouth: Shift = UNKNOWN, spoilt: Spoilt = Spoilt.N
     return Evidence(contact, mouth, Missed.NOTHING, spoilt)
 
 
-def begun(shift: Shift = AS_IDENTIFIED) -> Change:
+def begun(shift: Shift = AS_IDENTIFIED) -> AdaptationChange:
     return adaptation.unchanged(TRUSTED)._replace(new=shift)
 
 
-def learn(*evidence: Evidence, shift: Shift = AS_IDENTIFIED) -> Change:
+def learn(*evidence: Evidence, shift: Shift = AS_IDENTIFIED) -> AdaptationChange:
     """What came of the last of these cycles."""
     change = begun(shift)
     for one in evidence:

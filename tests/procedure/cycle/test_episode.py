@@ -24,7 +24,7 @@ from opensuction.procedure.cycle import (
 )
 from opensuction.procedure.cycle.episode import NEW, Episode
 from opensuction.procedure.cycle.interlocks import LIFE_S, Service
-from opensuction.procedure.cycle.preoxygenation import VALID_S, Answer, Preoxygenation
+from opensuction.procedure.cycle.preoxygenation import VALID_S, OxygenAnswer, Preoxygenation
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.planning import pass_rule
 from opensuction.procedure.planning.pass_rule import BENCH, RULES
@@ -82,7 +82,7 @@ def test_the_patient_is_looked_at_first_then_rests_then_is_given_oxygen() -> Non
         kept,
         kept._replace(episode=NEW._replace(rest_left_s=10.0)),
         kept._replace(episode=NEW),
-        kept._replace(episode=NEW, oxygen=Answer(int(Preoxygenation.SKIPPED), 1.0)),
+        kept._replace(episode=NEW, oxygen=OxygenAnswer(int(Preoxygenation.SKIPPED), 1.0)),
     ):
         said.append(interlocks.refusal(SERVICE, state, PARKED, True, 0))
     assert said == [

@@ -4,22 +4,22 @@ from pathlib import Path
 
 import numpy as np
 
-from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.event import RecordedEvent
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
 from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.writer import RecordingWriter
 
 BEGAN_NS = 1_795_000_000_000_000_000
 COLUMNS = (
-    Column("inputs.tick", int),
-    Column("inputs.readings.head_mm", float),
-    Column("inputs.readings.head_valid", bool),
-    Column("outputs.phase", int),
-    Column("state.plays_mm.0", float),
-    Column("state.plays_mm.1", float),
+    SchemaColumn("inputs.tick", int),
+    SchemaColumn("inputs.readings.head_mm", float),
+    SchemaColumn("inputs.readings.head_valid", bool),
+    SchemaColumn("outputs.phase", int),
+    SchemaColumn("state.plays_mm.0", float),
+    SchemaColumn("state.plays_mm.1", float),
 )
-STARTS = (Column("tick", int), Column("state.plays_mm.0", float))
+STARTS = (SchemaColumn("tick", int), SchemaColumn("state.plays_mm.0", float))
 HEADING = Heading(
     software_version="1.2.3",
     settings='{"plan.travel_mm": "0x1.0p+6"}',
@@ -28,7 +28,9 @@ HEADING = Heading(
     began_ns=BEGAN_NS,
     about={"patient": "adult-icu", "seed": "7", "notice": NOTICE},
 )
-EVENT = Event(tick=3, kind="request", name="start", who="nurse 4", key="k-1", detail="at once")
+EVENT = RecordedEvent(
+    tick=3, kind="request", name="start", who="nurse 4", key="k-1", detail="at once"
+)
 
 
 def rows(count: int, first: int = 0) -> Table:

@@ -9,26 +9,26 @@ from mcap.writer import Writer
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file import frame, heading
-from opensuction.recording.cycle_file.chunk_content import Rows, Told
+from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.row_layout import Table
 from opensuction.recording.cycle_file.writer import MAGIC
 from tests.recording.cycle_file import example
 
 
-def read(path: Path) -> tuple[RecordingReader, Table, list[Told]]:
+def read(path: Path) -> tuple[RecordingReader, Table, list[TimedEvent]]:
     """A recording with its rows and its events."""
     reader = RecordingReader(path)
     contents = list(reader.contents())
     tables = [one.table for one in contents if isinstance(one, Rows) and one.topic == "/tick"]
     table = np.concatenate(tables) if tables else np.empty((0, len(example.COLUMNS)))
-    return reader, table, [one for one in contents if isinstance(one, Told)]
+    return reader, table, [one for one in contents if isinstance(one, TimedEvent)]
 
 
 def test_everything_comes_back(tmp_path: Path) -> None:
     reader, table, told = read(example.write(tmp_path / "a.mcap"))
     assert table.tobytes() == example.rows(230).tobytes()
-    assert told == [Told(example.BEGAN_NS + 3_000_000, example.EVENT)]
+    assert told == [TimedEvent(example.BEGAN_NS + 3_000_000, example.EVENT)]
     assert reader.heading == example.HEADING
     assert reader.tables == {"/tick": example.COLUMNS, "/start": example.STARTS}
     assert reader.flaw is None

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.recording.cycle_file import row_layout, row_schema
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 
 PARTS = st.sampled_from(["head_mm", "cam", "plays", "0", "1", "is_on", "core"])
 NUMBERS = {
@@ -20,7 +20,7 @@ NUMBERS = {
 
 
 @st.composite
-def columns(draw: st.DrawFn) -> tuple[Column, ...]:
+def columns(draw: st.DrawFn) -> tuple[SchemaColumn, ...]:
     """Columns of records within records, fields of one record beside each other."""
     kinds = st.sampled_from([float, int, bool])
     tops = draw(st.lists(PARTS, min_size=1, max_size=4, unique=True))
@@ -28,13 +28,13 @@ def columns(draw: st.DrawFn) -> tuple[Column, ...]:
     for top in tops:
         inner = draw(st.lists(PARTS, max_size=5, unique=True))
         names = [f"{top}.{part}" for part in inner] or [top]
-        found += [Column(name, draw(kinds)) for name in names]
+        found += [SchemaColumn(name, draw(kinds)) for name in names]
     return tuple(found)
 
 
 @given(columns(), st.data())
 def test_a_table_comes_back_bit_for_bit_and_protobuf_reads_the_same(
-    columns: tuple[Column, ...], data: st.DataObject
+    columns: tuple[SchemaColumn, ...], data: st.DataObject
 ) -> None:
     table = np.array([[data.draw(NUMBERS[one.kind]) for one in columns] for _ in range(3)])
     layout = row_layout.layout_of(columns)
@@ -56,20 +56,20 @@ def test_a_table_comes_back_bit_for_bit_and_protobuf_reads_the_same(
 
 
 @given(columns())
-def test_the_description_holds_names_and_kinds(columns: tuple[Column, ...]) -> None:
+def test_the_description_holds_names_and_kinds(columns: tuple[SchemaColumn, ...]) -> None:
     assert row_schema.columns_of("Tick", row_schema.describe("Tick", columns)) == columns
 
 
 def test_a_name_that_comes_twice_is_refused() -> None:
     with pytest.raises(ValueError, match=r"a\.b: there are two"):
-        row_schema.describe("Tick", [Column("a.b", float), Column("a.b", int)])
+        row_schema.describe("Tick", [SchemaColumn("a.b", float), SchemaColumn("a.b", int)])
     with pytest.raises(ValueError, match="a is a column itself"):
-        row_schema.describe("Tick", [Column("a", float), Column("a.b", int)])
+        row_schema.describe("Tick", [SchemaColumn("a", float), SchemaColumn("a.b", int)])
 
 
 def test_a_row_of_another_layout_is_refused() -> None:
-    one = row_layout.layout_of([Column("a", float), Column("b.c", bool)])
-    other = row_layout.layout_of([Column("b.c", bool), Column("a", float)])
+    one = row_layout.layout_of([SchemaColumn("a", float), SchemaColumn("b.c", bool)])
+    other = row_layout.layout_of([SchemaColumn("b.c", bool), SchemaColumn("a", float)])
     rows = np.empty((1, one.size), np.uint8)
     row_layout.pack(one, np.ones((1, 2)), rows, 0)
     with pytest.raises(ValueError, match="not laid out"):

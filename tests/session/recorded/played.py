@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.recording.cycle_file.chunk_content import Rows, Told
+from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.row_layout import Table
 from opensuction.recording.cycle_file.tick_table import TABLES, TICKS
@@ -47,7 +47,7 @@ class Contents(NamedTuple):
     names: dict[str, list[str]]
     """Of the columns of each topic."""
     tables: dict[str, Table]
-    told: list[Told]
+    told: list[TimedEvent]
 
     def column(self, topic: str, name: str) -> Table:
         """The numbers of a column."""
@@ -83,7 +83,7 @@ def without_truth(recording: Path, to: Path, skip: slice = slice(0)) -> Path:
     contents = list(reader.contents())
     with RecordingWriter(to, reader.heading, TABLES) as file:
         for one in contents:
-            if isinstance(one, Told):
+            if isinstance(one, TimedEvent):
                 file.add_event(one.time_ns, one.event)
         for topic in TABLES:
             rows = [one for one in contents if isinstance(one, Rows) and one.topic == topic]

@@ -6,7 +6,7 @@ import pytest
 
 from opensuction.safety.condition import Condition
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.annunciation import Told
+from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.injection import catheter_retention
 from opensuction.simulation.injection.catheter_retention import (
     HELD,
@@ -93,9 +93,9 @@ def test_a_motor_that_is_gone_for_as_long_as_a_withdrawal_takes_is_lost() -> Non
 
 def test_told_is_the_first_high_alarm_after_the_fault_whoever_raised_it() -> None:
     told = [
-        Told(Condition.HEAD_STALLED, 1.0, "controller"),
-        Told(Condition.LINE_CLOGGED, 3.0, "controller"),
-        Told(Condition.RESERVE_ENERGY_USED, 5.0, "power"),
+        Annunciation(Condition.HEAD_STALLED, 1.0, "controller"),
+        Annunciation(Condition.LINE_CLOGGED, 3.0, "controller"),
+        Annunciation(Condition.RESERVE_ENERGY_USED, 5.0, "power"),
     ]
     assert catheter_retention.told_s(told, 0.5) == 1.0
     assert catheter_retention.told_s(told, 2.0) == 5.0

@@ -34,7 +34,7 @@ def run(options: AuditOptions) -> int:
     folder = options.recordings
     if folder is not None and not folder.is_dir():
         raise InputError(f"--recordings {folder}: no such folder")
-    asked = audit.Asked(options.expect_head, folder, not options.trail_only)
+    asked = audit.AuditScope(options.expect_head, folder, not options.trail_only)
     database = audit.open_for_audit(options.database)
     try:
         report = ProgressTeller().wait(lambda: audit.audit(database, asked), "Reading the trail")

@@ -17,7 +17,7 @@ from opensuction.console.history.job_queue import JobQueue
 from opensuction.console.history.recording_file import RecordingFile
 from opensuction.console.history.trend import Day
 from opensuction.console.history.verification import Verification
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.kernel.errors import InputError
 from opensuction.records import recording_check
 from opensuction.records.entry import Action
@@ -47,7 +47,7 @@ class Trends(NamedTuple):
 class Archive:
     """Made once for each application."""
 
-    def __init__(self, site: Site) -> None:
+    def __init__(self, site: ConsoleContext) -> None:
         self.site = site
         self.history = site.records.history
         self.desk = JobQueue(site.recordings)

@@ -28,7 +28,7 @@ RUNNING = "running"
 OUTCOMES = (*map(str, Outcome), RUNNING)
 
 
-class Spread(NamedTuple):
+class DaySpread(NamedTuple):
     """A quantity over a day's cycles."""
 
     cycles: int
@@ -43,14 +43,14 @@ class Day(NamedTuple):
 
     day: date
     outcomes: dict[str, int]
-    quantities: dict[str, Spread | None]
+    quantities: dict[str, DaySpread | None]
     """None: no recording of that day knows it."""
 
 
-def _spread(values: list[float]) -> Spread | None:
+def _spread(values: list[float]) -> DaySpread | None:
     if not values:
         return None
-    return Spread(len(values), min(values), median(values), max(values), sum(values))
+    return DaySpread(len(values), min(values), median(values), max(values), sum(values))
 
 
 def days(

@@ -16,7 +16,7 @@ from opensuction.console.guard.problem import Problem
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row
 from opensuction.console.live.state import refused
-from opensuction.ipc.event_ring import COLUMNS, Event, EventReader
+from opensuction.ipc.event_ring import COLUMNS, EventReader, ProcessEvent
 from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.mailbox import PATIENCE_S
 from opensuction.kernel.errors import InputError
@@ -35,7 +35,7 @@ REFUSABLE = ("start", "reset")
 """Buttons that the core may refuse; it says so in its counters."""
 
 
-class Asked(NamedTuple):
+class ButtonPress(NamedTuple):
     """What a person asks."""
 
     ask: str
@@ -63,9 +63,9 @@ class Asking:
         self._folder, self._hub = folder, hub
         self._events = FollowedRing(folder / EVENTS, lambda columns: columns == COLUMNS)
         self._reader: EventReader | None = None
-        self._waiting: dict[str, asyncio.Future[Event]] = {}
+        self._waiting: dict[str, asyncio.Future[ProcessEvent]] = {}
         self._listening: asyncio.Task[None] | None = None
-        self._asked: OrderedDict[str, tuple[Asked, asyncio.Future[Answered]]] = OrderedDict()
+        self._asked: OrderedDict[str, tuple[ButtonPress, asyncio.Future[Answered]]] = OrderedDict()
         # To stop has a thread of its own: nothing else that is sent can be in its way.
         self._threads = {is_stop: ThreadPoolExecutor(1, "ask") for is_stop in (True, False)}
 
@@ -74,7 +74,7 @@ class Asking:
         for one in self._threads.values():
             one.shutdown(wait=False, cancel_futures=True)
 
-    async def ask(self, asked: Asked) -> Answered:
+    async def ask(self, asked: ButtonPress) -> Answered:
         """Press a button. Raises Problem where nobody answers, or the key is another question's.
 
         To stop needs a key that no other request has had: its answer is found by it.
@@ -98,10 +98,10 @@ class Asking:
         if done.cancelled() or done.exception() is not None:
             self._asked.pop(key, None)
 
-    async def _carry_out(self, asked: Asked) -> Answered:
+    async def _carry_out(self, asked: ButtonPress) -> Answered:
         loop = asyncio.get_running_loop()
         begun_s = loop.time()
-        found: asyncio.Future[Event] = loop.create_future()
+        found: asyncio.Future[ProcessEvent] = loop.create_future()
         self._listen(asked.key, found)
         try:
             await self._send(asked)
@@ -123,7 +123,7 @@ class Asking:
             took_ms=round(took_ms, 2),
         )
 
-    async def _send(self, asked: Asked) -> None:
+    async def _send(self, asked: ButtonPress) -> None:
         """At once where there is room; where there is none a thread waits for it, not the pages.
 
         A busy computer may take long to come round to another thread: the usual way has none.
@@ -136,7 +136,7 @@ class Asking:
                 self._threads[asked.ask == STOP], self._put, asked, PATIENCE_S
             )
 
-    def _put(self, asked: Asked, patience_s: float) -> None:
+    def _put(self, asked: ButtonPress, patience_s: float) -> None:
         controller_request.send(self._folder, asked.ask, asked.who, asked.key, patience_s)
 
     async def _row_after(self, tick: int) -> Row | None:
@@ -149,7 +149,7 @@ class Asking:
             await asyncio.sleep(LOOKS_S)
         return None
 
-    def _listen(self, key: str, found: asyncio.Future[Event]) -> None:
+    def _listen(self, key: str, found: asyncio.Future[ProcessEvent]) -> None:
         if not self._waiting:
             self._open()
             if self._reader is not None and self._events.reader is not None:
@@ -174,7 +174,7 @@ class Asking:
             await asyncio.sleep(LOOKS_S)
 
 
-def _unheard(asked: Asked, reason: str) -> str:
+def _unheard(asked: ButtonPress, reason: str) -> str:
     if asked.ask == STOP:
         return f"NOBODY HEARS THE STOP ({reason}): draw the catheter out by the handle"
     return reason

@@ -26,7 +26,7 @@ FRESH_S = 0.02
 LOG = logging.getLogger("opensuction.console")
 
 
-class Told(NamedTuple):
+class SentState(NamedTuple):
     """A state, and the text that all pages are sent."""
 
     state: State
@@ -46,7 +46,7 @@ class Hub:
         self._heartbeat: Heartbeat | None = None
         self._beats = self._written = (0, 0)
         self._configuration: Configuration | None = None
-        self._told: Told | None = None
+        self._told: SentState | None = None
         self._said = ""
 
     def newest(self) -> tuple[int, Array] | None:
@@ -69,7 +69,7 @@ class Hub:
                 self._configuration, self._written = configuration.from_json(text), written
             return self._configuration
 
-    def now(self) -> Told:
+    def now(self) -> SentState:
         """What the machine is now."""
         with self._lock:
             told = self._told
@@ -81,7 +81,7 @@ class Hub:
         """The same, without its text."""
         return self.now().state
 
-    def _tell(self) -> Told:
+    def _tell(self) -> SentState:
         try:
             found = state.tell(self._see(), self._look_at_beats(), self.last_cycle)
             text = json.dumps(found, allow_nan=False, separators=(",", ":"))
@@ -93,7 +93,7 @@ class Hub:
                 LOG.error("the machine's state cannot be told: %s", error)
             found = state.tell(None, None, self.last_cycle)
             text = json.dumps(found, allow_nan=False, separators=(",", ":"))
-        return Told(found, text, time.monotonic())
+        return SentState(found, text, time.monotonic())
 
     def _see(self) -> Seen | None:
         newest = self.newest()

@@ -13,8 +13,8 @@ from opensuction.console.access import Here, allow_change, check_reason, find_na
 from opensuction.console.guard import origin
 from opensuction.console.guard.body import STOP
 from opensuction.console.guard.problem import Problem, documented
-from opensuction.console.live.button_press import Asked, Asking
-from opensuction.console.site import Site
+from opensuction.console.live.button_press import Asking, ButtonPress
+from opensuction.console.site import ConsoleContext
 from opensuction.records.entry import Action
 from opensuction.runtime.journal import ANYBODY
 
@@ -99,7 +99,7 @@ async def press(request: Request, site: Here, pressed: Pressed) -> Answer:
         who = (await asyncio.to_thread(_allow, request, site, ask, pressed)).account
         turn.check()
     asking: Asking = request.app.state.asking
-    answered = await asking.ask(Asked(ask, who[:NAME_MOST], pressed.key))
+    answered = await asking.ask(ButtonPress(ask, who[:NAME_MOST], pressed.key))
     return Answer(**answered._asdict())
 
 
@@ -107,7 +107,7 @@ def _peer(request: Request) -> str:
     return "unknown" if request.client is None else request.client.host
 
 
-def _allow(request: Request, site: Site, ask: str, pressed: Pressed) -> Session:
+def _allow(request: Request, site: ConsoleContext, ask: str, pressed: Pressed) -> Session:
     """Who asks, if that person may; the reason, where one is needed, is put on record."""
     wanted: Right = BUTTONS[ask]
     holder = allow_change(site, request, wanted)

@@ -15,7 +15,7 @@ from opensuction.accounts.session import Session
 from opensuction.console import access
 from opensuction.console.access import Here, OutOfTurn, may_change
 from opensuction.console.guard.problem import FieldError, Problem, documented
-from opensuction.console.site import Site, device_cookie, session_cookie
+from opensuction.console.site import ConsoleContext, device_cookie, session_cookie
 from opensuction.kernel.errors import InputError
 
 router = APIRouter(tags=["Session"])
@@ -70,7 +70,9 @@ def _describe(session: Session | None, csrf: str | None) -> Who:
     )
 
 
-def _set_cookie(response: Response, site: Site, name: str, value: str, lasts_s: float) -> None:
+def _set_cookie(
+    response: Response, site: ConsoleContext, name: str, value: str, lasts_s: float
+) -> None:
     response.set_cookie(
         name,
         value,
@@ -82,7 +84,7 @@ def _set_cookie(response: Response, site: Site, name: str, value: str, lasts_s: 
     )
 
 
-def _drop_cookie(response: Response, site: Site, host: str | None) -> None:
+def _drop_cookie(response: Response, site: ConsoleContext, host: str | None) -> None:
     response.delete_cookie(
         session_cookie(site.folder, host),
         path="/",

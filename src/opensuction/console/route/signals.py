@@ -22,7 +22,7 @@ from opensuction.console.signals.channel import CHANNELS, Channel, plain
 from opensuction.console.signals.feed import FRAMES_PER_S, Feed, FullError
 from opensuction.console.signals.signal_request import CHANNELS_MOST
 from opensuction.console.signals.subscriber import Subscriber
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
 
@@ -61,14 +61,14 @@ def list_channels(_: Annotated[Holder, Depends(access.may(Right.SEE_SIGNALS))]) 
     return ChannelsBody(channels=found, most=CHANNELS_MOST, frames_per_s=FRAMES_PER_S)
 
 
-def _allow(site: Site, connection: HTTPConnection) -> Holder:
+def _allow(site: ConsoleContext, connection: HTTPConnection) -> Holder:
     """Who asks. Raises InputError where that person, or program, may not look."""
     holder = access.find_holder(site, connection)
     session.require(holder, Right.SEE_SIGNALS)
     return holder
 
 
-def _allow_still(site: Site, connection: HTTPConnection, holder: Holder) -> None:
+def _allow_still(site: ConsoleContext, connection: HTTPConnection, holder: Holder) -> None:
     """Raises InputError where whoever looks may not any more. To look makes no session longer."""
     token = access.session_token(connection)
     if isinstance(holder, Session) and token is not None:
@@ -78,7 +78,7 @@ def _allow_still(site: Site, connection: HTTPConnection, holder: Holder) -> None
     session.require(holder, Right.SEE_SIGNALS)
 
 
-def find_feed(site: Site, websocket: WebSocket) -> Feed:
+def find_feed(site: ConsoleContext, websocket: WebSocket) -> Feed:
     """The one feed of an application, made when somebody asks for it."""
     state = websocket.app.state
     if not hasattr(state, "feed"):
@@ -106,7 +106,7 @@ async def stream(websocket: WebSocket, site: Here) -> None:
 class Looker(NamedTuple):
     """Who looks at what."""
 
-    site: Site
+    site: ConsoleContext
     holder: Holder
     channels: tuple[Channel, ...]
     past_s: float

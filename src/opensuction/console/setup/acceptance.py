@@ -5,9 +5,9 @@ from typing import Any
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import Problem
 from opensuction.console.setup import bedside, change, draft, machine_identification
-from opensuction.console.setup.change import Change
-from opensuction.console.setup.machine_identification import RUNS, Run
-from opensuction.console.site import Site
+from opensuction.console.setup.change import SettingsChange
+from opensuction.console.setup.machine_identification import RUNS, IdentificationJob
+from opensuction.console.site import ConsoleContext
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.progress import HOME_MM
 from opensuction.records.entry import SettingsFile
@@ -17,7 +17,7 @@ from opensuction.session.running.basis import Basis
 from opensuction.settings import identification_file
 
 
-def shown(site: Site, run: Run) -> dict[str, Any]:
+def shown(site: ConsoleContext, run: IdentificationJob) -> dict[str, Any]:
     """How far a run is, what it found, and by how much the head is parked elsewhere with it.
 
     A head that is no longer where it is parked halts the machine, and a reset brings it there.
@@ -37,7 +37,9 @@ def shown(site: Site, run: Run) -> dict[str, Any]:
     return {**told, "park_shift_mm": shift_mm, "halts": halts}
 
 
-def accept(site: Site, who: Session, run: Run, reason: str, version: int, key: str) -> Basis:
+def accept(
+    site: ConsoleContext, who: Session, run: IdentificationJob, reason: str, version: int, key: str
+) -> Basis:
     """Have the machine go by what was found, with a reason. Raises as `change.carry_out`."""
     result = machine_identification.result_of(run)
     if run.process.poll() is None or result is None or not result["accepted"]:
@@ -50,13 +52,13 @@ def accept(site: Site, who: Session, run: Run, reason: str, version: int, key: s
         bedside.require_parked(bedside.now(site))
         file, following = _with(found, run)
         detail = f"{file.name} {file.sha256}; gap {result['gap_mm']:.2f} mm; reason: {reason}"
-        wanted = Change(who.account, key, "accept-calibration", detail, following, file)
+        wanted = SettingsChange(who.account, key, "accept-calibration", detail, following, file)
         after = change.carry_out(site, wanted)
         RUNS.accept(run, who.account)
     return after
 
 
-def _with(found: Basis, run: Run) -> tuple[SettingsFile, Basis]:
+def _with(found: Basis, run: IdentificationJob) -> tuple[SettingsFile, Basis]:
     """The parameter file, and settings made with its model. Raises InputError, or Problem 422."""
     path = run.folder / PARAMETER_FILE
     identified = identification_file.load(path)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.console.guard.problem import Problem
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
@@ -61,7 +61,7 @@ class Now(NamedTuple):
         return SENTENCES[self.taught]
 
 
-def now(site: Site) -> Now:
+def now(site: ConsoleContext) -> Now:
     """Raises Problem 503 where the controller does not say."""
     newest = site.hub.newest()
     if newest is None or time.monotonic() - float(newest[1][0]) > STALE_S:
@@ -80,7 +80,7 @@ def now(site: Site) -> Now:
     )
 
 
-def basis_of(site: Site) -> Basis:
+def basis_of(site: ConsoleContext) -> Basis:
     """What settings are made from. Raises Problem 503 where nobody said so."""
     try:
         return bases.read(site.folder)

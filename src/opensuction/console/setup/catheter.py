@@ -9,7 +9,7 @@ from typing import Any
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import FieldError, Problem
 from opensuction.console.setup import bedside, change
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.records import entry_check
@@ -21,7 +21,7 @@ SEEN_S = 1.0
 """How long the controller's next rows may take to show it."""
 
 
-def shown(site: Site) -> dict[str, Any]:
+def shown(site: ConsoleContext) -> dict[str, Any]:
     """The catheter that is in."""
     now, told = bedside.now(site), site.about().catheter
     used_s = site.records.catheter_age_s(told.label)
@@ -37,7 +37,7 @@ def shown(site: Site) -> dict[str, Any]:
     }
 
 
-def put(site: Site, who: Session, label: str, key: str) -> None:
+def put(site: ConsoleContext, who: Session, label: str, key: str) -> None:
     """Say that another one has been put in. Raises Problem, or RecordsError: nothing was changed.
 
     The machine must be out of service: hands are at it, and nothing moves.
@@ -62,7 +62,7 @@ def put(site: Site, who: Session, label: str, key: str) -> None:
         )
 
 
-def _check_label(site: Site, label: str) -> None:
+def _check_label(site: ConsoleContext, label: str) -> None:
     """Raises Problem for what is no label, and for one that another catheter has had."""
     try:
         entry_check.check_name("the catheter's label", label)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from opensuction.console.guard.problem import FieldError, Problem
 from opensuction.console.setup import bedside
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import configuration, setup
 from opensuction.controller.configuration import Configuration
@@ -35,7 +35,7 @@ LOCK = threading.Lock()
 APPROACHES = {False: "travel", True: "contact"}
 
 
-class Change(NamedTuple):
+class SettingsChange(NamedTuple):
     """What somebody wants."""
 
     who: str
@@ -60,7 +60,7 @@ def check_version(found: Basis, version: int) -> None:
         )
 
 
-def record(site: Site, who: str, what: str, detail: str, key: str) -> None:
+def record(site: ConsoleContext, who: str, what: str, detail: str, key: str) -> None:
     """Put on record what somebody is about to do. Raises RecordsError where that cannot be."""
     machine = site.about().machine
     site.records.note_machine(machine)
@@ -89,7 +89,7 @@ def made(chosen: Basis, present: Configuration) -> Configuration:
     return Configuration(found, setup.branches(kind, calibration))
 
 
-def _about(site: Site, change: Change) -> About:
+def _about(site: ConsoleContext, change: SettingsChange) -> About:
     """Whose machine it is then."""
     found, chosen = site.about(), change.basis
     text = json.dumps(document.write(Protocol, chosen.protocol), indent=1, sort_keys=True)
@@ -103,7 +103,7 @@ def _about(site: Site, change: Change) -> About:
     )
 
 
-def carry_out(site: Site, change: Change) -> Basis:
+def carry_out(site: ConsoleContext, change: SettingsChange) -> Basis:
     """Have the machine go by other settings; returns what is in force then. `LOCK` is held.
 
     Raises InputError for settings that cannot be, Problem where the machine does not take them,

@@ -20,7 +20,7 @@ import numpy as np
 
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import Problem
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel import private_file
 from opensuction.kernel.name import name_of
@@ -50,7 +50,7 @@ MEASURED = (
 )
 
 
-class Run(NamedTuple):
+class IdentificationJob(NamedTuple):
     """One identification."""
 
     id: str
@@ -66,15 +66,15 @@ class Runs:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._runs: dict[str, Run] = {}
+        self._runs: dict[str, IdentificationJob] = {}
         self._accepted: dict[str, str] = {}
 
-    def list(self) -> list[Run]:
+    def list(self) -> list[IdentificationJob]:
         """All that are remembered, the newest first."""
         with self._lock:
             return list(reversed(self._runs.values()))
 
-    def find(self, name: str) -> Run:
+    def find(self, name: str) -> IdentificationJob:
         """Raises Problem 404."""
         with self._lock:
             found = self._runs.get(name)
@@ -82,7 +82,7 @@ class Runs:
             raise Problem(404, "no such identification: those of an earlier console are forgotten")
         return found
 
-    def begin(self, site: Site, who: Session, basis: Basis) -> Run:
+    def begin(self, site: ConsoleContext, who: Session, basis: Basis) -> IdentificationJob:
         """Start one. Raises Problem 409 while another goes on."""
         with self._lock:
             if any(one.process.poll() is None for one in self._runs.values()):
@@ -103,7 +103,7 @@ class Runs:
                     )
             except OSError as error:
                 raise Problem(503, f"it could not be started: {error.strerror}") from None
-            found = Run(name, who.account, folder, process, time.monotonic(), command)
+            found = IdentificationJob(name, who.account, folder, process, time.monotonic(), command)
             threading.Thread(target=_watch, args=(process,), daemon=True).start()
             self._runs[name] = found
             while len(self._runs) > KEPT:
@@ -117,11 +117,11 @@ class Runs:
                 one.process.kill()
                 one.process.wait()
 
-    def accepted_by(self, run: Run) -> str | None:
+    def accepted_by(self, run: IdentificationJob) -> str | None:
         """Who has accepted it; None: nobody."""
         return self._accepted.get(run.id)
 
-    def accept(self, run: Run, who: str) -> None:
+    def accept(self, run: IdentificationJob, who: str) -> None:
         """Note that somebody has."""
         self._accepted[run.id] = who
 
@@ -153,7 +153,7 @@ def _command(basis: Basis, folder: Path) -> tuple[str, ...]:
     return (*words, "--out", str(folder))
 
 
-def shown(run: Run) -> dict[str, Any]:
+def shown(run: IdentificationJob) -> dict[str, Any]:
     """How far it is, and what it found."""
     status = run.process.poll()
     elapsed_s = time.monotonic() - run.began_s
@@ -181,25 +181,25 @@ def shown(run: Run) -> dict[str, Any]:
     return {**told, "state": state, "detail": detail, "result": _figures(result), "loop": loop}
 
 
-def _stage(run: Run) -> str:
+def _stage(run: IdentificationJob) -> str:
     text = _log(run)
     told = [stage for stage in STAGES if stage in text]
     return told[-1] if told else "Starting"
 
 
-def _log(run: Run) -> str:
+def _log(run: IdentificationJob) -> str:
     try:
         return (run.folder.parent / f"{run.id}.log").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
 
 
-def _last_words(run: Run) -> str:
+def _last_words(run: IdentificationJob) -> str:
     lines = _log(run).strip().splitlines()
     return lines[-1][:300] if lines else ""
 
 
-def result_of(run: Run) -> dict[str, Any] | None:
+def result_of(run: IdentificationJob) -> dict[str, Any] | None:
     """What it found; None before its end, and where it found nothing."""
     try:
         found: dict[str, Any] = json.loads((run.folder / RESULT).read_text(encoding="utf-8"))

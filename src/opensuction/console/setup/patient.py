@@ -5,7 +5,7 @@ from typing import Any
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import FieldError, Problem
 from opensuction.console.setup import bedside, change
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry_check
 from opensuction.runtime import machine_identity
@@ -19,7 +19,7 @@ FIXED_ON_TWIN = (
 NOBODY = "nobody is on this machine: a bench has no patient"
 
 
-def shown(site: Site) -> dict[str, Any]:
+def shown(site: ConsoleContext) -> dict[str, Any]:
     """The patient."""
     found, told = bedside.basis_of(site), site.about()
     geometry, person = found.site, found.person
@@ -39,7 +39,7 @@ def shown(site: Site) -> dict[str, Any]:
     }
 
 
-def put(site: Site, who: Session, wanted: dict[str, Any], version: int, key: str) -> None:
+def put(site: ConsoleContext, who: Session, wanted: dict[str, Any], version: int, key: str) -> None:
     """Another pseudonym; what the twin plays is refused. Raises Problem."""
     with change.LOCK:
         found, now = bedside.basis_of(site), bedside.now(site)

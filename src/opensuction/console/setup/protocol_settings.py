@@ -10,10 +10,10 @@ from opensuction.console.guard.problem import FieldError, Problem
 from opensuction.console.setup import arithmetic, bedside, change, field
 from opensuction.console.setup import draft as drafts
 from opensuction.console.setup.bedside import Now
-from opensuction.console.setup.change import APPROACHES, Change
+from opensuction.console.setup.change import APPROACHES, SettingsChange
 from opensuction.console.setup.draft import Draft
 from opensuction.console.setup.field import FIXED, LIMITS
-from opensuction.console.site import Site
+from opensuction.console.site import ConsoleContext
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.session.running.basis import Basis
@@ -48,7 +48,7 @@ def draft_of(found: Basis, now: Now, wanted: Wanted) -> Draft:
     return drafts.read(wanted.numbers, by_contact, geometry, found.protocol.bench_only)
 
 
-def plan(site: Site, wanted: Wanted) -> dict[str, Any]:
+def plan(site: ConsoleContext, wanted: Wanted) -> dict[str, Any]:
     """The planner's arithmetic of a draft, and why it cannot be."""
     found, now = bedside.basis_of(site), bedside.now(site)
     draft = draft_of(found, now, wanted)
@@ -115,7 +115,7 @@ def name_of(found: Basis, draft: Draft, wanted: str | None) -> tuple[str, str | 
 
 
 def put(
-    site: Site, who: Session, wanted: Wanted, version: int, key: str, reason: str | None
+    site: ConsoleContext, who: Session, wanted: Wanted, version: int, key: str, reason: str | None
 ) -> Basis:
     """Set it on the machine that runs. Raises what `change.carry_out` does, and Problem 422."""
     with change.LOCK:
@@ -146,7 +146,7 @@ def put(
         )
         what = "change-limits" if why else "choose-protocol"
         detail = f"{name}: {_in_words(told)}" + (f"; reason: {why}" if why else "")
-        return change.carry_out(site, Change(who.account, key, what, detail, following))
+        return change.carry_out(site, SettingsChange(who.account, key, what, detail, following))
 
 
 def _allow(who: Session, rights: list[Right], reason: str | None) -> str:
@@ -166,7 +166,7 @@ def _in_words(told: list[dict[str, Any]]) -> str:
     return "; ".join(f"{one['field']} {words(one['from'])} -> {words(one['to'])}" for one in told)
 
 
-def shown(site: Site) -> dict[str, Any]:
+def shown(site: ConsoleContext) -> dict[str, Any]:
     """What is in force, with all that a form of it needs."""
     found, now = bedside.basis_of(site), bedside.now(site)
     given = found.protocol._asdict()

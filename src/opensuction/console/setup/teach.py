@@ -13,8 +13,8 @@ from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import Problem
 from opensuction.console.setup import bedside, change, draft
 from opensuction.console.setup.bedside import Now
-from opensuction.console.setup.change import Change
-from opensuction.console.site import Site
+from opensuction.console.setup.change import SettingsChange
+from opensuction.console.site import ConsoleContext
 from opensuction.controller import configuration
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
@@ -87,7 +87,7 @@ def stage_of(found: Basis, now: Now) -> Stage:
     return Stage.PREPARED if now.taught_mm is None else Stage.TAUGHT
 
 
-def shown(site: Site) -> dict[str, Any]:
+def shown(site: ConsoleContext) -> dict[str, Any]:
     """Where teaching stands, and what was taught."""
     found, now = bedside.basis_of(site), bedside.now(site)
     span, is_twin = PLAUSIBLE[found.site.age], site.about().machine.is_twin
@@ -115,7 +115,7 @@ def shown(site: Site) -> dict[str, Any]:
     }
 
 
-def _hand(site: Site) -> SimulatedHand | None:
+def _hand(site: ConsoleContext) -> SimulatedHand | None:
     """The hand at the catheter head that software moves; None of a machine that has none."""
     try:
         return backend.load(site.folder).hand_of(site.folder)
@@ -123,13 +123,13 @@ def _hand(site: Site) -> SimulatedHand | None:
         return None
 
 
-def _feels(site: Site) -> bool | None:
+def _feels(site: ConsoleContext) -> bool | None:
     """Whether the twin's hand feels the carina; None where the twin does not say."""
     hand = _hand(site)
     return None if hand is None else hand.feels_carina()
 
 
-def take_step(site: Site, who: Session, step: Step, version: int, key: str) -> None:
+def take_step(site: ConsoleContext, who: Session, step: Step, version: int, key: str) -> None:
     """Carry a step out. Raises Problem, InputError or RecordsError; then nothing was done."""
     with change.LOCK:
         found, now = bedside.basis_of(site), bedside.now(site)
@@ -156,22 +156,24 @@ def take_step(site: Site, who: Session, step: Step, version: int, key: str) -> N
         change.carry_out(site, _change(found, now, who, step, key))
 
 
-def _change(found: Basis, now: Now, who: Session, step: Step, key: str) -> Change:
+def _change(found: Basis, now: Now, who: Session, step: Step, key: str) -> SettingsChange:
     """Other settings for a step. Raises InputError for a length that no protocol fits."""
     if step == Step.PREPARE:
         detail = "limits to teach with; no cycle starts"
-        return Change(
+        return SettingsChange(
             who.account, key, "prepare-teaching", detail, found._replace(is_teaching=True)
         )
     if step == Step.LEAVE:
         detail = f"{found.protocol_name} again, carina at {found.site.carina_mm:.1f} mm"
-        return Change(who.account, key, "leave-teaching", detail, found._replace(is_teaching=False))
+        return SettingsChange(
+            who.account, key, "leave-teaching", detail, found._replace(is_teaching=False)
+        )
     following = _taught(found, now, who)
     detail = (
         f"carina at {following.site.carina_mm:.1f} mm, before {found.site.carina_mm:.1f}; travel "
         f"{following.protocol.travel_mm:.1f} mm, before {found.protocol.travel_mm:.1f}"
     )
-    return Change(who.account, key, "take-taught-length", detail, following)
+    return SettingsChange(who.account, key, "take-taught-length", detail, following)
 
 
 def _taught(found: Basis, now: Now, who: Session) -> Basis:
@@ -192,7 +194,7 @@ def _taught(found: Basis, now: Now, who: Session) -> Basis:
     return following._replace(protocol=own, protocol_name=name, template=name)
 
 
-def _hold(site: Site, found: Basis, task: HandTask) -> None:
+def _hold(site: ConsoleContext, found: Basis, task: HandTask) -> None:
     """The twin's person does something."""
     hand = _hand(site)
     if hand is None or not site.about().machine.is_twin:
@@ -205,7 +207,7 @@ def _hold(site: Site, found: Basis, task: HandTask) -> None:
         raise Problem(503, f"the twin does not answer: {error}") from None
 
 
-def _put_hand_away(site: Site, found: Basis, step: Step) -> None:
+def _put_hand_away(site: ConsoleContext, found: Basis, step: Step) -> None:
     """A drive that brings the head home, or another teaching, meets no hand of the one before."""
     if step != Step.CONFIRM and site.about().machine.is_twin:
         with contextlib.suppress(Problem):

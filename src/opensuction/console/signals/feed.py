@@ -12,7 +12,13 @@ from pathlib import Path
 
 from opensuction.console.signals.channel import Channel
 from opensuction.console.signals.frame import Block, Picker
-from opensuction.console.signals.source import Facts, Found, Occurrence, Past, SignalSource
+from opensuction.console.signals.source import (
+    Found,
+    Occurrence,
+    PastRows,
+    SignalSource,
+    SourceFacts,
+)
 from opensuction.console.signals.subscriber import Subscriber, say
 
 FRAMES_PER_S = 40.0
@@ -71,14 +77,14 @@ class Feed:
         """Whether it reads the ring."""
         return self._task is not None and not self._task.done()
 
-    def _past(self, past_s: float) -> Past | None:
+    def _past(self, past_s: float) -> PastRows | None:
         facts = self._source.facts
         if facts is None or past_s <= 0.0:
             return None
         rows = round(min(past_s, PAST_MOST_S) / facts.period_s)
         return self._source.before(self._source.next - rows)
 
-    async def _catch_up(self, one: Subscriber, past: Past) -> None:
+    async def _catch_up(self, one: Subscriber, past: PastRows) -> None:
         """Give a client what has been, a piece a frame, until it has come to where all are."""
         begun_with = self._source.facts
         while (found := past.read()) is not None:
@@ -138,7 +144,7 @@ class Feed:
         return found
 
 
-def _is_before(facts: Facts | None, source: int) -> bool:
+def _is_before(facts: SourceFacts | None, source: int) -> bool:
     return facts is not None and source < facts.source
 
 
@@ -147,7 +153,7 @@ def _tell(message: str, to: set[Subscriber]) -> None:
         one.put_text(message)
 
 
-def _words_of(facts: Facts) -> str:
+def _words_of(facts: SourceFacts) -> str:
     return say("source", **facts._asdict())
 
 

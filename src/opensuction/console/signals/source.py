@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from opensuction.console.signals.frame import Block
 from opensuction.controller import configuration
-from opensuction.ipc.event_ring import Event as Happening
-from opensuction.ipc.event_ring import EventReader
+from opensuction.ipc.event_ring import EventReader, ProcessEvent
 from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
@@ -30,7 +29,7 @@ _CONDITIONS = {
 }
 
 
-class Facts(NamedTuple):
+class SourceFacts(NamedTuple):
     """What is known of a control process."""
 
     source: int
@@ -63,7 +62,7 @@ class Occurrence(NamedTuple):
 class Found(NamedTuple):
     """What has come."""
 
-    facts: Facts | None
+    facts: SourceFacts | None
     """Of another control process than before; None: still the same."""
     blocks: tuple[Block, ...]
     occurrences: tuple[Occurrence, ...]
@@ -84,9 +83,9 @@ def marks(block: Block, seen: Seen) -> tuple[list[Occurrence], Seen]:
     return found, row_event.seen_in(block.rows[-1])
 
 
-def _facts(reader: RingReader, source: int) -> Facts:
+def _facts(reader: RingReader, source: int) -> SourceFacts:
     told = reader.facts.told
-    return Facts(
+    return SourceFacts(
         source,
         told["run"],
         told["version"],
@@ -106,7 +105,7 @@ class SignalSource:
         self._events: EventReader | None = None
         self._seen = row_event.NOTHING
         self._tip = (1.0, 0.0)
-        self.facts: Facts | None = None
+        self.facts: SourceFacts | None = None
         """Of the control process that is followed; None before there was one."""
         self._found = 0
 
@@ -141,18 +140,18 @@ class SignalSource:
         blocks, occurrences = self._with_events(self._read(self._ring.reader))
         return Found(facts, (*rest, *blocks), (*old, *occurrences))
 
-    def before(self, first: int) -> "Past | None":
+    def before(self, first: int) -> "PastRows | None":
         """Reads rows again that have been, from a number on; None where there are none."""
         if self._ring.reader is None or self.facts is None:
             return None
-        return Past(self._folder, self, max(first, 1))
+        return PastRows(self._folder, self, max(first, 1))
 
     def block(self, rows: Array, missed: int, source: int | None = None) -> Block:
         """Rows with what is needed to read them."""
         assert self.facts is not None
         return Block(source or self.facts.source, rows, missed, self.facts.period_s, *self._tip)
 
-    def _look(self) -> Facts | None:
+    def _look(self) -> SourceFacts | None:
         """Whether there is another control process by now."""
         if self._event_ring.look() and self._event_ring.reader is not None:
             self._events = EventReader(self._event_ring.reader)
@@ -197,14 +196,14 @@ class SignalSource:
         found.extend(map(self._of_happening, told))
         return blocks, tuple(found)
 
-    def _of_happening(self, happening: Happening) -> Occurrence:
+    def _of_happening(self, happening: ProcessEvent) -> Occurrence:
         """What the loop has told, without who asked: that is for the records."""
         one = row_event.of_happening(happening)
         time_s = int(happening.fields.get("time_ns", 0)) / NS_PER_S
         return Occurrence(self._found, one.tick, time_s, one.kind, one.name, one.detail)
 
 
-class Past:
+class PastRows:
     """Rows that have been, once more, up to where the source is."""
 
     def __init__(self, folder: Path, source: SignalSource, first: int) -> None:

@@ -15,7 +15,7 @@ from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence import worker_pool
 from opensuction.evidence.benchmark.benchmark_plant import PLANT_OF_NAME, PLANTS, Model, Twin
 from opensuction.evidence.benchmark.disturbance import DISTURBANCES, NOTHING
-from opensuction.evidence.benchmark.plant_run import CarryOut, Run, take
+from opensuction.evidence.benchmark.plant_run import CarryOut, PlantRun, take
 from opensuction.kernel.errors import InputError
 
 COLUMNED = "bench"
@@ -36,7 +36,7 @@ class BenchmarkResult(NamedTuple):
 
     plant: str
     compensation: str
-    runs: tuple[Run, ...]
+    runs: tuple[PlantRun, ...]
     refused: str
     """Why the controller refused the first refused run; empty where none was."""
     disturbed: dict[str, tuple[Disturbed, ...]]

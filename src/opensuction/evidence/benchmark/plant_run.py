@@ -66,7 +66,7 @@ SPEED_WINDOW_S = 0.05
 """Window of the head's speed: encoder steps would show as speed in a shorter one."""
 
 
-class Run(NamedTuple):
+class PlantRun(NamedTuple):
     """One compensator on one plant with one seed."""
 
     error_mm: Array
@@ -82,14 +82,14 @@ class Run(NamedTuple):
         return float(np.sqrt(np.mean(np.square(self.error_mm))))
 
 
-CarryOut = Callable[[CompensationKind, Disturbance], Run]
+CarryOut = Callable[[CompensationKind, Disturbance], PlantRun]
 """Carries a compensator out on one plant, identified before it was disturbed. Raises InputError
 where it cannot. A further column is one more of these: whatever comes of a disturbance."""
 
 
-def _run(error_mm: Array, head_mm: Array, completed: bool, trips: int) -> Run:
+def _run(error_mm: Array, head_mm: Array, completed: bool, trips: int) -> PlantRun:
     speed = servo.velocity_mm_per_s(head_mm, DT_S, SPEED_WINDOW_S)
-    return Run(error_mm, float(np.max(np.abs(speed))), completed, trips)
+    return PlantRun(error_mm, float(np.max(np.abs(speed))), completed, trips)
 
 
 @lru_cache(maxsize=KEPT)
@@ -121,7 +121,7 @@ def _take_twin(twin: Twin, seed: int) -> CarryOut:
             return driving.with_lines(drawn, identified.calibration)
         return identified.calibration
 
-    def carry_out(kind: CompensationKind, disturbance: Disturbance) -> Run:
+    def carry_out(kind: CompensationKind, disturbance: Disturbance) -> PlantRun:
         chosen = resolved._replace(compensation=kind)
         conduit = disturb_transmission(rig.machine.transmission, disturbance)
         machine = rig.machine._replace(transmission=conduit)
@@ -131,7 +131,7 @@ def _take_twin(twin: Twin, seed: int) -> CarryOut:
     return carry_out
 
 
-def _cycle(resolved: ResolvedCycle, rig: Rig, calibration: Calibration, delay_s: float) -> Run:
+def _cycle(resolved: ResolvedCycle, rig: Rig, calibration: Calibration, delay_s: float) -> PlantRun:
     """One cycle; the controller goes by what was identified, the rig may have changed since."""
     prepared = cycle_run.assemble(resolved, rig, calibration)
     columns = cycle_run.play(prepared) if delay_s == 0.0 else _play_late(prepared, delay_s)
@@ -225,7 +225,7 @@ def adapt(
     return used
 
 
-def judge(plant: Plant, driven: Driven, disturbance: Disturbance = NOTHING) -> Run:
+def judge(plant: Plant, driven: Driven, disturbance: Disturbance = NOTHING) -> PlantRun:
     """A plant's tip behind a head that goes that way; the plant has its changed gap already."""
     tips = follow(plant, driven, disturbance)[1][1:]
     scored = slice(driven.course.insertion_tick, None)
@@ -235,7 +235,7 @@ def judge(plant: Plant, driven: Driven, disturbance: Disturbance = NOTHING) -> R
     return _run(error[scored], driven.heads_mm[scored], True, 0)
 
 
-def run_on_model(plant: Plant, kind: CompensationKind, calibration: Calibration) -> Run:
+def run_on_model(plant: Plant, kind: CompensationKind, calibration: Calibration) -> PlantRun:
     """The paper's trapezoid on an ideal servo. Raises InputError where it cannot be planned."""
     return judge(plant, drive_model(kind, calibration))
 
@@ -259,7 +259,7 @@ def _take_model(model: Model, seed: int) -> CarryOut:
         """No disturbance reaches the head."""
         return drive_model(kind, calibrate(kind))
 
-    def carry_out(kind: CompensationKind, disturbance: Disturbance) -> Run:
+    def carry_out(kind: CompensationKind, disturbance: Disturbance) -> PlantRun:
         changed = laid(disturbance.gap_ratio)
         if disturbance.cycles == 0 or kind == CompensationKind.NONE:
             return judge(changed, drive(kind), disturbance)

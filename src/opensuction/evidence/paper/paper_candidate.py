@@ -56,7 +56,7 @@ Disturbed = Callable[[Conduit, Values], Values]
 """Tip positions of a conduit, without its offset, for head positions."""
 
 
-class Candidate(NamedTuple):
+class PlantCandidate(NamedTuple):
     """One thing that the paper's plant may have, with the numbers that bring it to the paper's."""
 
     name: str
@@ -173,11 +173,11 @@ ROUND_MM = 5.0
 
 def _candidate(
     name: str, unit: str, tip_mm: Disturbed, solved: Conduit, excitation: str = "stroke"
-) -> Candidate:
-    return Candidate(name, unit, excitation, tip_mm, solved)
+) -> PlantCandidate:
+    return PlantCandidate(name, unit, excitation, tip_mm, solved)
 
 
-CANDIDATES: tuple[Candidate, ...] = (
+CANDIDATES: tuple[PlantCandidate, ...] = (
     _candidate(
         "plays alone",
         "mm",

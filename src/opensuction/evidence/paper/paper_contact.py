@@ -52,7 +52,7 @@ SWITCH_RUN = 7
 """Number of the stream that the bouncing of a pressed switch is drawn from."""
 
 
-class Trial(NamedTuple):
+class ContactTrial(NamedTuple):
     """One of the 15 trials."""
 
     distance_mm: float
@@ -116,18 +116,18 @@ def is_suctioned(columns: Columns) -> bool:
     return bool(parked and columns["truth.secretion_removed_ml"][-1] > 0.0)
 
 
-def run_trials() -> list[Trial]:
+def run_trials() -> list[ContactTrial]:
     """The 15 trials of Table II, in its order."""
-    trials: list[Trial] = []
+    trials: list[ContactTrial] = []
     for distance_mm, published in STOPPED_MM.items():
         for number, paper_mm in enumerate(published, start=1):
             seed = len(trials) + 1
             columns = run_cycle(distance_mm + seating_mm(seed), seed)
-            trials.append(Trial(distance_mm, number, seed, paper_mm, columns))
+            trials.append(ContactTrial(distance_mm, number, seed, paper_mm, columns))
     return trials
 
 
-def table(trials: list[Trial]) -> list[dict[str, Any]]:
+def table(trials: list[ContactTrial]) -> list[dict[str, Any]]:
     """Rows of Table II: where the tip stopped, the paper's and ours."""
     return [
         {
@@ -224,7 +224,7 @@ def _presses(presses: list[Press]) -> Plot:
     )
 
 
-def _histories(trials: list[Trial]) -> tuple[Plot, Plot]:
+def _histories(trials: list[ContactTrial]) -> tuple[Plot, Plot]:
     tips, cams = [], []
     shown = [trial for trial in trials if trial.number == 1]
     for trial, hue in zip(shown, ("tip", "head", "valve"), strict=True):

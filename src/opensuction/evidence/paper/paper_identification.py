@@ -58,7 +58,7 @@ class Pair(NamedTuple):
     bouc_wen_rmse_mm: float
 
 
-class Fitted(NamedTuple):
+class FittedModels(NamedTuple):
     """Both models on recordings of the excitation."""
 
     identification: Identification
@@ -70,14 +70,14 @@ class Fitted(NamedTuple):
     """Of five drawn benches."""
 
 
-def fit_bench() -> Fitted:
+def fit_bench() -> FittedModels:
     """Identify the nominal bench from the paper's excitation, and five drawn ones."""
     found = rigs.identify(rigs.rig("bench", seed=1, nominal=True))
     began_s = perf_counter()
     estimator.fit(found.head_mm, found.laser_mm)
     seconds = perf_counter() - began_s
     other = workbench.identify(found.head_mm, found.laser_mm, model="bouc-wen")
-    return Fitted(found, seconds, other, tuple(fit_pair(seed) for seed in SEEDS))
+    return FittedModels(found, seconds, other, tuple(fit_pair(seed) for seed in SEEDS))
 
 
 def fit_pair(seed: int) -> Pair:
@@ -174,7 +174,7 @@ def section() -> tuple[Section, list[PaperClaim]]:
     return sheet, claims(found.drawn)
 
 
-def _plots(found: Fitted) -> tuple[Plot, ...]:
+def _plots(found: FittedModels) -> tuple[Plot, ...]:
     head, laser = found.identification.head_mm, found.identification.laser_mm
     fit = found.identification.fit
     time_s = DT_S * np.arange(head.size, dtype=np.float64)
@@ -219,7 +219,7 @@ def _plots(found: Fitted) -> tuple[Plot, ...]:
     )
 
 
-def _text(found: Fitted) -> tuple[str, ...]:
+def _text(found: FittedModels) -> tuple[str, ...]:
     samples = found.identification.head_mm.size
     return (
         f"The paper's genetic algorithm and Nelder-Mead took about {PUBLISHED_S:.0f} s. For a "

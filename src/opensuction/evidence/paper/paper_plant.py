@@ -19,8 +19,8 @@ from opensuction.evidence.paper.paper_backlash import printed_commands, trapezoi
 from opensuction.evidence.paper.paper_candidate import (
     EXCITATIONS,
     RATE_HZ,
-    Candidate,
     Conduit,
+    PlantCandidate,
     plays_mm,
 )
 from opensuction.hysteresis import modified_dahl
@@ -88,7 +88,7 @@ def fit_held_mm(
     return least_mm
 
 
-def judge(candidate: Candidate, conduit: Conduit) -> Found:
+def judge(candidate: PlantCandidate, conduit: Conduit) -> Found:
     """Identify a candidate, fit Bouc-Wen to it, and let it track the paper's cycle."""
     head_mm = EXCITATIONS[candidate.excitation]
     tip_mm = candidate.tip_mm(conduit, head_mm)
@@ -109,7 +109,7 @@ def judge(candidate: Candidate, conduit: Conduit) -> Found:
 
 
 def _tracked_mm(
-    candidate: Candidate, conduit: Conduit, model: ModifiedDahl, offset_mm: float
+    candidate: PlantCandidate, conduit: Conduit, model: ModifiedDahl, offset_mm: float
 ) -> tuple[float, float]:
     """RMSE of the paper's cycle without and with its compensator, mm; the servo is ideal."""
     _, reference = trapezoid_mm()
@@ -129,7 +129,7 @@ def _tracked_mm(
     return before, after
 
 
-def solve(candidate: Candidate) -> Conduit:
+def solve(candidate: PlantCandidate) -> Conduit:
     """Width, gain and amount that give the paper's gap, slope and modified Dahl residual.
 
     Begins at ``candidate.solved``. Where the three cannot all be met the residual is the nearest.

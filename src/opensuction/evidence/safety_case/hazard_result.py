@@ -25,7 +25,7 @@ from opensuction.oracle.bound import BOUNDS
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import LEFT_INSIDE, NAMES, Harm
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation.annunciation import CONTROLLER, Told
+from opensuction.simulation.annunciation import CONTROLLER, Annunciation
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import run_judgement, safe_state
 from opensuction.simulation.injection.fault_instant import FaultInstant
@@ -163,7 +163,9 @@ def refused(case: HazardCase, message: str) -> HazardResult:
     )
 
 
-def _find_told(claim: HazardClaim, told: tuple[Told, ...], at_s: float) -> Told | None:
+def _find_told(
+    claim: HazardClaim, told: tuple[Annunciation, ...], at_s: float
+) -> Annunciation | None:
     """The first of the expected conditions that people were told of from the fault on."""
     by_controller = claim.raised_by == Raiser.CONTROLLER
     for one in told:

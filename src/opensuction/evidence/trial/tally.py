@@ -46,7 +46,7 @@ class Unnoticed(NamedTuple):
     unnoticed: int
 
 
-class Spread(NamedTuple):
+class EndpointSpread(NamedTuple):
     """An endpoint over cycles."""
 
     median: float
@@ -122,7 +122,7 @@ def unnoticed(cases: Iterable[Case]) -> dict[str, Unnoticed]:
     return {name: Unnoticed(every[name], missed[name]) for name in sorted(every)}
 
 
-def endpoints(cases: Sequence[Case]) -> dict[str, Spread]:
+def endpoints(cases: Sequence[Case]) -> dict[str, EndpointSpread]:
     """Median, 5th and 95th percentile of each endpoint; what has no number in a cycle is left out.
 
     cases: at least one.
@@ -132,5 +132,7 @@ def endpoints(cases: Sequence[Case]) -> dict[str, Spread]:
         values = np.array([getattr(case.endpoints, name) for case in cases])
         values = values[np.isfinite(values)]
         if values.size:
-            found[name] = Spread(*(float(one) for one in np.percentile(values, PERCENTILES)))
+            found[name] = EndpointSpread(
+                *(float(one) for one in np.percentile(values, PERCENTILES))
+            )
     return found

@@ -42,7 +42,7 @@ def scale(inputs: Array, output: Array) -> Scaled:
     return Scaled(scaled, lows, ranges, (output - mean) / range_, mean, range_)
 
 
-class Trial(NamedTuple):
+class BankTrial(NamedTuple):
     """A candidate."""
 
     problem: BankProblem
@@ -53,7 +53,7 @@ class Trial(NamedTuple):
 
 def evaluate(
     problem: BankProblem, penalty: Array, folds: Folds, passive: Mask | None = None
-) -> Trial:
+) -> BankTrial:
     """A candidate: its factors from all blocks, its errors on those left out.
 
     passive: of a neighbouring candidate, from which the search begins.
@@ -61,12 +61,12 @@ def evaluate(
     solution = bank_problem.fit(problem, penalty, passive)
     groups = [[block] for block in range(folds.blocks)]
     blocks = bank_problem.leave_out(problem, penalty, groups, solution.found.passive)
-    return Trial(problem, penalty, solution, blocks)
+    return BankTrial(problem, penalty, solution, blocks)
 
 
-def choose_penalty(problem: BankProblem, penalties: list[Array], folds: Folds) -> Trial:
+def choose_penalty(problem: BankProblem, penalties: list[Array], folds: Folds) -> BankTrial:
     """The simplest penalty that is not surely worse than the best; neighbours stand together."""
-    tried: list[Trial] = []
+    tried: list[BankTrial] = []
     for penalty in penalties:
         passive = tried[-1].solution.found.passive if tried else None
         tried.append(evaluate(problem, penalty, folds, passive))
@@ -74,7 +74,7 @@ def choose_penalty(problem: BankProblem, penalties: list[Array], folds: Folds) -
     return tried[fold.choose_simplest([each.blocks for each in tried])]
 
 
-def score(chosen: Trial, folds: Folds, range_: float) -> Scores:
+def score(chosen: BankTrial, folds: Folds, range_: float) -> Scores:
     """Errors of a candidate in units of the output, whose range is given."""
     parts = fold.list_parts(folds)
     start = chosen.solution.found.passive

@@ -15,7 +15,7 @@ from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem, bank_trial
 from opensuction.identification.bank.active_set import Mask
 from opensuction.identification.bank.bank_problem import BankProblem
-from opensuction.identification.bank.bank_trial import PASTS, Trial
+from opensuction.identification.bank.bank_trial import PASTS, BankTrial
 from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
@@ -66,7 +66,7 @@ def fit(input_: Array, output: Array, folds: Folds) -> PreisachFit:
         return bank_problem.squares_left(problem.whole, solution)
 
     past = min(PASTS, key=lambda trial: left(pose(PAST_LEVELS, trial)))
-    tried: list[tuple[int, Trial]] = []
+    tried: list[tuple[int, BankTrial]] = []
     best = 0
     for levels in LEVELS:
         problem = pose(levels, past)
@@ -95,9 +95,9 @@ def _count_all(scores: Scores, every: int) -> Scores:
 
 def _try_ridges(
     problem: BankProblem, ridges: Sequence[float], folds: Folds, passive: Mask | None, brief: bool
-) -> list[Trial]:
+) -> list[BankTrial]:
     """Candidates of one grid, from the strongest penalty on; if brief until one predicts worse."""
-    trials: list[Trial] = []
+    trials: list[BankTrial] = []
     for ridge in ridges:
         trials.append(bank_trial.evaluate(problem, _cell_penalty(problem, ridge), folds, passive))
         passive = trials[-1].solution.found.passive
@@ -106,7 +106,7 @@ def _try_ridges(
     return trials
 
 
-def _refine(tried: tuple[int, Trial], fine: int) -> Mask:
+def _refine(tried: tuple[int, BankTrial], fine: int) -> Mask:
     """Cells that are likely not held at 0, from those of a triangle of fewer levels."""
     coarse, passive = tried[0], tried[1].solution.found.passive
     square = np.zeros((coarse, coarse), dtype=np.bool_)

@@ -23,7 +23,7 @@ from opensuction.hysteresis.catalogue.readout_model import (
 )
 from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem, bank_trial
-from opensuction.identification.bank.bank_trial import PASTS, Scaled, Trial
+from opensuction.identification.bank.bank_trial import PASTS, BankTrial, Scaled
 from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
@@ -173,9 +173,9 @@ def _try_lag(
     pasts: list[float],
     input_: Array,
     decay: float,
-    chosen: Trial,
+    chosen: BankTrial,
     folds: Folds,
-) -> Trial:
+) -> BankTrial:
     """The candidate that was chosen, with one slow state beside its plays."""
     lengths = np.array([decay])
     states = play_readout.lag_columns(lengths, input_, -pasts[0] * lengths) / decay
@@ -189,7 +189,7 @@ def _try_lag(
 
 def _write(
     scaled: Scaled,
-    chosen: Trial,
+    chosen: BankTrial,
     all_widths: Sequence[Array],
     decays: Array,
     pasts: tuple[float, ...],

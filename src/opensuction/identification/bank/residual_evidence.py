@@ -63,7 +63,7 @@ def weigh(problem: BankProblem, penalty: Array) -> Weighed:
     return Weighed(samples * math.log(noise) + spread, noise)
 
 
-class Past(NamedTuple):
+class WeighedPast(NamedTuple):
     """A past with the penalty of the greatest evidence for it."""
 
     ratio: float
@@ -75,16 +75,16 @@ class Past(NamedTuple):
     """Of the mean over all pasts."""
 
 
-def choose_penalty(ratio: float, problem: BankProblem, fades: int, noise: float) -> Past:
+def choose_penalty(ratio: float, problem: BankProblem, fades: int, noise: float) -> WeighedPast:
     """A past from its problem. noise: variance for which what fades is held to its usual size."""
     fading = noise / (float(problem.whole[-2, -2]) * FADING * FADING)
     tried = [_penalty(scale, fading, fades) for scale in SCALES]
     weighed = [weigh(problem, penalty) for penalty in tried]
     best = min(range(len(tried)), key=lambda place: weighed[place].surprise)
-    return Past(ratio, problem, tried[best], weighed[best])
+    return WeighedPast(ratio, problem, tried[best], weighed[best])
 
 
-def share_out(pasts: Sequence[Past], blocks: int) -> list[Past]:
+def share_out(pasts: Sequence[WeighedPast], blocks: int) -> list[WeighedPast]:
     """The pasts with their shares of a mean, those of hardly any left out.
 
     Neighbouring residuals are alike, and a recording that settles while it begins may look like one

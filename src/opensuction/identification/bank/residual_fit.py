@@ -25,7 +25,12 @@ from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem, bank_trial
 from opensuction.identification.bank.bank_problem import BankProblem, BankSolution
 from opensuction.identification.bank.bank_trial import PASTS
-from opensuction.identification.bank.residual_evidence import LINES, Past, choose_penalty, share_out
+from opensuction.identification.bank.residual_evidence import (
+    LINES,
+    WeighedPast,
+    choose_penalty,
+    share_out,
+)
 from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.compiled import compiled
@@ -93,14 +98,14 @@ def _sum_products(
     return sums
 
 
-def _solve_without(group: list[int], past: Past) -> BankSolution:
+def _solve_without(group: list[int], past: WeighedPast) -> BankSolution:
     """Factors without some blocks."""
     problem, penalty = past.problem, past.penalty
     start, part = np.ones(penalty.shape[0], dtype=np.bool_), problem.sums[group].sum(axis=0)
     return bank_problem.solve(problem.whole, part, penalty, problem.bounded, start)
 
 
-def _average(pasts: Sequence[Past], found: Sequence[BankSolution]) -> tuple[Array, float]:
+def _average(pasts: Sequence[WeighedPast], found: Sequence[BankSolution]) -> tuple[Array, float]:
     """Mean factors and mean offset over all pasts."""
     shares = [past.share for past in pasts]
     factors = np.average([each.found.factors for each in found], axis=0, weights=shares)
@@ -108,7 +113,7 @@ def _average(pasts: Sequence[Past], found: Sequence[BankSolution]) -> tuple[Arra
 
 
 def _take_mean(
-    problem: BankProblem, pasts: Sequence[Past], found: Sequence[BankSolution]
+    problem: BankProblem, pasts: Sequence[WeighedPast], found: Sequence[BankSolution]
 ) -> tuple[Array, float]:
     """Mean factors and offset, but what fades, which is found beside them.
 
@@ -134,7 +139,7 @@ def _settle(problem: BankProblem, factors: Array) -> BankProblem:
 
 def _score(
     problem: BankProblem,
-    pasts: Sequence[Past],
+    pasts: Sequence[WeighedPast],
     found: Sequence[BankSolution],
     mean: Array,
     folds: Folds,

@@ -16,7 +16,7 @@ from opensuction.hysteresis.catalogue.slip_model import LAGS, REACHES, RIDGES, W
 from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem, bank_trial
 from opensuction.identification.bank.bank_problem import BankProblem
-from opensuction.identification.bank.bank_trial import PASTS, Scaled, Trial
+from opensuction.identification.bank.bank_trial import PASTS, BankTrial, Scaled
 from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
@@ -117,7 +117,7 @@ def _fit(
             speeds = np.abs(maxwell_slip.find_speeds(place, lag, 1.0))
             drags.append((float(np.quantile(speeds, TOP)), lag))
     records = [guess(1.0, top_speed, lag, reaches=reaches) for top_speed, lag in drags]
-    tried: list[tuple[MaxwellSlip, Trial, float]] = []
+    tried: list[tuple[MaxwellSlip, BankTrial, float]] = []
     for record in records:
         problem = pose(record, past)
         for ridge in RIDGES:

@@ -81,7 +81,7 @@ class Evidence(NamedTuple):
 NO_EVIDENCE = Evidence(float("nan"), UNKNOWN, Missed.NO_BARRIER)
 
 
-class Change(NamedTuple):
+class AdaptationChange(NamedTuple):
     """One change of what the compensation goes by, for the record."""
 
     old: Shift
@@ -103,9 +103,11 @@ class Change(NamedTuple):
         return self.finding != Finding.OUT_OF_RANGE
 
 
-def unchanged(limits: ScaleLimits) -> Change:
+def unchanged(limits: ScaleLimits) -> AdaptationChange:
     """Before the first cycle."""
-    return Change(AS_IDENTIFIED, NO_EVIDENCE, UNKNOWN, AS_IDENTIFIED, limits, Finding.NOTHING_SEEN)
+    return AdaptationChange(
+        AS_IDENTIFIED, NO_EVIDENCE, UNKNOWN, AS_IDENTIFIED, limits, Finding.NOTHING_SEEN
+    )
 
 
 def branch_scales(shift: Shift, gap_mm: float) -> tuple[float, float]:
@@ -173,7 +175,7 @@ def _is_said_again(before: Shift, now: Shift) -> bool:
     )
 
 
-def _is_plain(before: Change, seen: Evidence, found: Shift, trusted: bool) -> bool:
+def _is_plain(before: AdaptationChange, seen: Evidence, found: Shift, trusted: bool) -> bool:
     """Whether what was found is believed at once.
 
     Out of range two witnesses must agree; in range a contact without a barrier must be within what
@@ -187,7 +189,7 @@ def _is_plain(before: Change, seen: Evidence, found: Shift, trusted: bool) -> bo
     return both and not limits.least <= found.scale <= limits.most
 
 
-def update(before: Change, seen: Evidence, gap_mm: float) -> Change:
+def update(before: AdaptationChange, seen: Evidence, gap_mm: float) -> AdaptationChange:
     """What to use from now on, and what came of the evidence.
 
     before: after the last cycle. gap_mm: identified, mm of tip. Nothing seen is no alarm. What is

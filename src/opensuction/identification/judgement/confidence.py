@@ -71,7 +71,7 @@ class Noise(NamedTuple):
     """Variance of the white one over that of the slow one."""
 
 
-class Spread(NamedTuple):
+class FitUncertainty(NamedTuple):
     """How uncertain the parameters of a fit are."""
 
     covariance: Array
@@ -86,7 +86,7 @@ class Spread(NamedTuple):
     """Of the noise's variance; 0 where none is surely there."""
 
 
-def estimate_spread(jacobian: Array, rest: Array) -> Spread:
+def estimate_spread(jacobian: Array, rest: Array) -> FitUncertainty:
     """Covariance and 95 % intervals of a least-squares fit.
 
     jacobian: change of the output with each parameter, shape (p, n). rest: residuals, shape (n,).
@@ -105,7 +105,7 @@ def estimate_spread(jacobian: Array, rest: Array) -> Spread:
         exact = power == 0.0 and not dependent and samples > count
         covariance = np.zeros((count, count)) if exact else nothing
         least = np.full(count, LEAST_FREEDOM)
-        return Spread(covariance, np.sqrt(np.diag(covariance)), 0.0, least)
+        return FitUncertainty(covariance, np.sqrt(np.diag(covariance)), 0.0, least)
     correlation = _correlation(basis, rest)
     back = np.linalg.inv(triangle)
     mixed = _Mixed.find(basis, rest, correlation)
@@ -124,7 +124,7 @@ def estimate_spread(jacobian: Array, rest: Array) -> Spread:
     covariance = variance * shape / np.outer(lengths, lengths)
     quantiles = stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)
     half_widths = quantiles * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return Spread(covariance, half_widths, correlation, freedom, white_share)
+    return FitUncertainty(covariance, half_widths, correlation, freedom, white_share)
 
 
 def _freedom(spare: int, correlation: float, slopes: Array) -> Array:

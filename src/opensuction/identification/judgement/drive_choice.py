@@ -39,7 +39,7 @@ ON_LINES = tuple(
 """Models that drive as plays with lines over them."""
 
 
-class Candidate(NamedTuple):
+class DriveCandidate(NamedTuple):
     """A model that drives, and how it predicts."""
 
     scores: Scores
@@ -96,7 +96,7 @@ def choose(head_mm: Array, tip_mm: Array, only_lines: bool = False) -> DriveChoi
     )
 
 
-def _choose(found: dict[str, Candidate]) -> tuple[str, str]:
+def _choose(found: dict[str, DriveCandidate]) -> tuple[str, str]:
     """The model and why. found: at least one."""
     words = ", ".join(f"{name} {each.scores.rmse:.3f} mm" for name, each in found.items())
     asked = f"Strokes left out and predicted: {words}."
@@ -118,7 +118,7 @@ def _choose(found: dict[str, Candidate]) -> tuple[str, str]:
     return chosen, f"{asked} {chosen} is surely and much better than the plays."
 
 
-def _simplest(found: dict[str, Candidate]) -> str | None:
+def _simplest(found: dict[str, DriveCandidate]) -> str | None:
     """The simplest that is not surely worse than the best of them, or little; None of none."""
     names = sorted(found, key=lambda name: found[name].freedom)
     if not names:
@@ -129,7 +129,7 @@ def _simplest(found: dict[str, Candidate]) -> str | None:
     return names[min(near, fold.choose_simplest(blocks))]
 
 
-def _fit(name: str, head: Array, tip: Array, folds: Folds) -> Candidate:
+def _fit(name: str, head: Array, tip: Array, folds: Folds) -> DriveCandidate:
     """One model. Raises InputError where it cannot be fitted, or cannot drive."""
     if name == PLAYS:
         return _fit_plays(head, tip, folds)
@@ -137,17 +137,17 @@ def _fit(name: str, head: Array, tip: Array, folds: Folds) -> Candidate:
     if isinstance(model.form, VectorForm):
         vector = nonlinear.FITS[name](head, tip, ("head_mm", "tip_mm"))
         judged = judge_vector(model, model.form, vector, (head, tip), folds)
-        return Candidate(judged.scores, judged.freedom, None)
+        return DriveCandidate(judged.scores, judged.freedom, None)
     assert isinstance(model.form, LinearForm)
     sums = superposition.fit(model, head, tip, folds, rising=True)
     drives = driven.judge(model, sums.record, head[None])
     if drives.lines is None:
         raise InputError(drives.why_not)
-    return Candidate(sums.scores, sums.freedom, drives.lines)
+    return DriveCandidate(sums.scores, sums.freedom, drives.lines)
 
 
-def _fit_plays(head: Array, tip: Array, folds: Folds) -> Candidate:
+def _fit_plays(head: Array, tip: Array, folds: Folds) -> DriveCandidate:
     """The plays that a calibration finds, with the curvature as one more parameter."""
     model = play_estimator.fit(head, tip).model
     freedom = np.count_nonzero(model.weights) + (model.slope > 0.0) + 2
-    return Candidate(play_estimator.score(head, tip, folds), float(freedom), None)
+    return DriveCandidate(play_estimator.score(head, tip, folds), float(freedom), None)

@@ -21,7 +21,7 @@ from opensuction.oracle.harm import Harm
 from opensuction.oracle.long_run import Judged, LongRun
 from opensuction.safety.condition import Condition
 from opensuction.simulation import annunciation
-from opensuction.simulation.annunciation import Told
+from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 
@@ -43,7 +43,7 @@ class Verdict(NamedTuple):
     """When the tip was last in the airway; nan for never."""
     now_s: float
     """The last tick that was seen."""
-    told: tuple[Told, ...]
+    told: tuple[Annunciation, ...]
     """What people were told, when, and by whom: what was not shown before."""
     showing: tuple[Condition, ...]
     """What they are told now, since whenever."""
@@ -52,7 +52,7 @@ class Verdict(NamedTuple):
     missed_ticks: int
     """Ticks that the twin played and nobody saw: what was so in them is not judged."""
 
-    def told_since(self, from_s: float) -> tuple[Told, ...]:
+    def told_since(self, from_s: float) -> tuple[Annunciation, ...]:
         """What people were told from an instant on."""
         return tuple(one for one in self.told if one.at_s >= from_s)
 
@@ -80,7 +80,7 @@ class LiveJudge:
         if self._ring.newest() >= self._ring.facts.slots // 2:
             self._ring.next = self._ring.newest()
         self._run = LongRun(read_machine(folder).machine, cap_mm)
-        self._told: list[Told] = []
+        self._told: list[Annunciation] = []
         self._shown: dict[str, Array] = {}
         """What the annunciator showed in the last tick that was seen."""
         self._end_mm, self._piece_mm = math.nan, 0.0

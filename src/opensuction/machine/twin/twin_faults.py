@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from opensuction.ipc.event_ring import Event, EventReader
+from opensuction.ipc.event_ring import EventReader, ProcessEvent
 from opensuction.kernel.errors import InputError
 from opensuction.machine.port import HandTask
 from opensuction.simulation.injection import injection
@@ -116,7 +116,7 @@ def came(folder: Path) -> list[Came]:
     return [Came(BY_NAME[one["fault"]], float(one["strength"]), int(one["tick"])) for one in told]
 
 
-def _events(folder: Path) -> list[Event]:
+def _events(folder: Path) -> list[ProcessEvent]:
     return EventReader(folder / EVENTS).read()[0]
 
 

@@ -18,7 +18,7 @@ from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.machine import backend
-from opensuction.machine.port import Facts, HandTask
+from opensuction.machine.port import HandTask, MachineFacts
 from opensuction.machine.twin import twin_faults
 from opensuction.machine.twin.twin_faults import CHANGE
 from opensuction.machine.twin.twin_process import BEGUN, COMMANDS, SHOWN
@@ -131,7 +131,7 @@ class TwinMachine:
         self._before, self._number = 0, 0
         self._looked_ns = time.monotonic_ns()
         self._commands = RingWriter(folder / COMMANDS, MESSAGE_COLUMNS, COMMAND_SLOTS, {})
-        self.facts = Facts(
+        self.facts = MachineFacts(
             name="twin",
             version=shown.facts.told["version"],
             in_silico=True,

@@ -13,7 +13,7 @@ from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import episode, lock_out, preoxygenation, schedule
 from opensuction.procedure.cycle.episode import Episode, PassRule
 from opensuction.procedure.cycle.lock_out import LockOut
-from opensuction.procedure.cycle.preoxygenation import Answer
+from opensuction.procedure.cycle.preoxygenation import OxygenAnswer
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleState
 from opensuction.safety.condition import Condition
@@ -43,7 +43,7 @@ class Interlocks(NamedTuple):
     refusal: int
     """Of the last start or reset; NONE again when a start is accepted."""
     episode: Episode
-    oxygen: Answer
+    oxygen: OxygenAnswer
     lock: LockOut
 
 

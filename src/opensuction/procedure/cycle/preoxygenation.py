@@ -30,7 +30,7 @@ class Preoxygenation(IntEnum):
     """A person has decided to go without it."""
 
 
-class Answer(NamedTuple):
+class OxygenAnswer(NamedTuple):
     """What was answered for the next pass; during a pass, for this one."""
 
     state: int
@@ -39,34 +39,34 @@ class Answer(NamedTuple):
     """How long the answer holds for a start."""
 
 
-NONE = Answer(state=0, left_s=0.0)
+NONE = OxygenAnswer(state=0, left_s=0.0)
 """At power-up: not answered."""
 
 
 @compiled
-def is_answered(answer: Answer) -> bool:
+def is_answered(answer: OxygenAnswer) -> bool:
     """Whether a start may be granted."""
     return answer.state in (Preoxygenation.CONFIRMED, Preoxygenation.SKIPPED)
 
 
 @compiled
-def hear(required: bool, answer: Answer, phase: int, requests: Requests) -> Answer:
+def hear(required: bool, answer: OxygenAnswer, phase: int, requests: Requests) -> OxygenAnswer:
     """The answer after the buttons of a tick. phase: as the tick begins."""
     if not required:
         return NONE
     if phase != Phase.PARKED:
         return answer
     if requests.oxygenated:
-        return Answer(state=Preoxygenation.CONFIRMED.value, left_s=VALID_S)
+        return OxygenAnswer(state=Preoxygenation.CONFIRMED.value, left_s=VALID_S)
     if requests.oxygen_skipped and answer.state != Preoxygenation.CONFIRMED:
-        return Answer(state=Preoxygenation.SKIPPED.value, left_s=VALID_S)
+        return OxygenAnswer(state=Preoxygenation.SKIPPED.value, left_s=VALID_S)
     return answer
 
 
 @compiled
 def step(
-    required: bool, answer: Answer, before: int, phase: int, asked: bool, dt_s: float
-) -> Answer:
+    required: bool, answer: OxygenAnswer, before: int, phase: int, asked: bool, dt_s: float
+) -> OxygenAnswer:
     """One tick. before, phase: last and present phase. asked: a start was, granted or not."""
     if not required:
         return NONE
@@ -79,13 +79,13 @@ def step(
         return answer._replace(left_s=left_s)
     waiting = phase == Phase.PARKED and (asked or answer.state == Preoxygenation.REQUESTED)
     if waiting and not is_answered(answer):
-        return Answer(state=Preoxygenation.REQUESTED.value, left_s=0.0)
-    return Answer(state=Preoxygenation.NOT_ASKED.value, left_s=0.0)
+        return OxygenAnswer(state=Preoxygenation.REQUESTED.value, left_s=0.0)
+    return OxygenAnswer(state=Preoxygenation.NOT_ASKED.value, left_s=0.0)
 
 
-def pass_idle_time(answer: Answer, duration_s: float) -> Answer:
+def pass_idle_time(answer: OxygenAnswer, duration_s: float) -> OxygenAnswer:
     """After a time in which the machine was parked and nobody answered."""
     left_s = answer.left_s - duration_s
     if not is_answered(answer) or left_s > 0.0:
         return answer._replace(left_s=max(left_s, 0.0))
-    return Answer(state=Preoxygenation.NOT_ASKED.value, left_s=0.0)
+    return OxygenAnswer(state=Preoxygenation.NOT_ASKED.value, left_s=0.0)

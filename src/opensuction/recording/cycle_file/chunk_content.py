@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from opensuction.recording.cycle_file import event as events
 from opensuction.recording.cycle_file import frame, row_layout, row_schema
-from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.event import RecordedEvent
 from opensuction.recording.cycle_file.row_layout import Layout, Table
-from opensuction.recording.cycle_file.row_schema import PACKAGE, Column
+from opensuction.recording.cycle_file.row_schema import PACKAGE, SchemaColumn
 from opensuction.recording.cycle_file.writer import EVENTS
 
 LARGEST_BYTES = 256_000_000
@@ -37,11 +37,11 @@ class Rows(NamedTuple):
     """Shape (rows, columns)."""
 
 
-class Told(NamedTuple):
+class TimedEvent(NamedTuple):
     """An event and its time."""
 
     time_ns: int
-    event: Event
+    event: RecordedEvent
 
 
 def parse(kind: Any, data: bytes) -> Any:
@@ -79,14 +79,14 @@ class ChunkReader:
         self._event_channel = 0
 
     @property
-    def tables(self) -> dict[str, tuple[Column, ...]]:
+    def tables(self) -> dict[str, tuple[SchemaColumn, ...]]:
         """Columns of the topics that have been described."""
         return {topic: layout.columns for topic, layout in self._layouts.values()}
 
-    def read(self, record: bytes) -> list[Rows | Told]:
+    def read(self, record: bytes) -> list[Rows | TimedEvent]:
         """What a chunk holds, in its order. Raises DamageError."""
         content = unpack(record)
-        found: list[Rows | Told] = []
+        found: list[Rows | TimedEvent] = []
         at = 0
         while at < len(content):
             try:
@@ -120,7 +120,9 @@ class ChunkReader:
         except Exception:  # protobuf's own errors are of no common kind
             raise DamageError(f"no description of the rows of {channel.topic}") from None
 
-    def _read_messages(self, content: bytes, at: int, length: int, found: list[Rows | Told]) -> int:
+    def _read_messages(
+        self, content: bytes, at: int, length: int, found: list[Rows | TimedEvent]
+    ) -> int:
         """Messages of one channel from a place on; returns the place after them."""
         step = frame.RECORD_HEAD.size + length
         most = (len(content) - at) // step
@@ -133,7 +135,7 @@ class ChunkReader:
         if channel not in self._layouts:  # an event, or a topic that this version does not know
             if channel == self._event_channel:
                 data = content[at + frame.MESSAGE_HEAD.itemsize : at + step]
-                found.append(Told(int(heads["log_time"][0]), _event(data)))
+                found.append(TimedEvent(int(heads["log_time"][0]), _event(data)))
             return at + step
         alike = (heads["opcode"] == Opcode.MESSAGE) & (heads["length"] == length)
         alike &= heads["channel"] == channel
@@ -154,7 +156,7 @@ def _table(layout: Layout, rows: NDArray[np.uint8]) -> Table:
         raise DamageError(str(error)) from None
 
 
-def _event(data: bytes) -> Event:
+def _event(data: bytes) -> RecordedEvent:
     try:
         return events.decode(data)
     except Exception:  # protobuf's own errors are of no common kind

@@ -13,7 +13,7 @@ NAME = "Event"
 _TYPES = {int: FieldDescriptorProto.TYPE_INT64, str: FieldDescriptorProto.TYPE_STRING}
 
 
-class Event(NamedTuple):
+class RecordedEvent(NamedTuple):
     """Something that happened; its instant in UTC is the message's."""
 
     tick: int
@@ -33,7 +33,7 @@ class Event(NamedTuple):
 def description() -> bytes:
     """Of the message, as a serialised FileDescriptorSet."""
     message = DescriptorProto(name=NAME)
-    for number, (name, kind) in enumerate(Event.__annotations__.items(), start=1):
+    for number, (name, kind) in enumerate(RecordedEvent.__annotations__.items(), start=1):
         message.field.add(
             name=name,
             number=number,
@@ -50,13 +50,13 @@ def _message() -> Any:
     return GetMessageClass(pool.FindMessageTypeByName(f"{PACKAGE}.{NAME}"))
 
 
-def encode(event: Event) -> bytes:
+def encode(event: RecordedEvent) -> bytes:
     """The message of an event."""
     data: bytes = _message()(**event._asdict()).SerializeToString(deterministic=True)
     return data
 
 
-def decode(data: bytes) -> Event:
+def decode(data: bytes) -> RecordedEvent:
     """The event of a message; fields of newer versions are left out."""
     message = _message().FromString(data)
-    return Event(*(getattr(message, name) for name in Event._fields))
+    return RecordedEvent(*(getattr(message, name) for name in RecordedEvent._fields))

@@ -20,10 +20,10 @@ from opensuction.recording.cycle_file.chunk_content import (
     ChunkReader,
     DamageError,
     Rows,
-    Told,
+    TimedEvent,
     parse,
 )
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.writer import MAGIC
 
 VERSION_AT = 5
@@ -72,7 +72,7 @@ class RecordingReader:
         except InputError:
             self.close()
             raise
-        self.tables: dict[str, tuple[Column, ...]] = self._chunks.tables
+        self.tables: dict[str, tuple[SchemaColumn, ...]] = self._chunks.tables
 
     def close(self) -> None:
         """Close the file."""
@@ -153,7 +153,7 @@ class RecordingReader:
             found[metadata.name] = metadata.metadata
         return heading.from_metadata(str(self.path), found)
 
-    def contents(self) -> Iterator[Rows | Told]:
+    def contents(self) -> Iterator[Rows | TimedEvent]:
         """Rows and events in their order; `flaw` then says whether that was all.
 
         A chunk that is damaged is left out: what lies behind it is none the worse.
@@ -187,7 +187,7 @@ class RecordingReader:
             raise InputError(f"{self.path}: {said}")
         raise (InputError if self.is_damaged else NothingRecordedError)(self.flaw)
 
-    def _note(self, one: Rows | Told) -> None:
+    def _note(self, one: Rows | TimedEvent) -> None:
         if isinstance(one, Rows) and one.topic == next(iter(self.tables)):
             first = self._span_ns[0] or int(one.times_ns[0])
             self._span_ns = first, int(one.times_ns[-1])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from opensuction.recording.cycle_file.row_schema import KINDS, Column, Tree, tree_of
+from opensuction.recording.cycle_file.row_schema import KINDS, SchemaColumn, Tree, tree_of
 
 Bytes = NDArray[np.uint8]
 Table = NDArray[np.float64]
@@ -36,7 +36,7 @@ class _Run(NamedTuple):
 class Layout(NamedTuple):
     """Where a message has the numbers of a row."""
 
-    columns: tuple[Column, ...]
+    columns: tuple[SchemaColumn, ...]
     template: Bytes
     """A row of zeros."""
     runs: tuple[_Run, ...]
@@ -57,7 +57,7 @@ def _varint(value: int) -> bytes:
     return bytes((*out, value))
 
 
-def _place(node: Tree, columns: Sequence[Column], places: dict[int, int], at: int) -> bytes:
+def _place(node: Tree, columns: Sequence[SchemaColumn], places: dict[int, int], at: int) -> bytes:
     """A message of zeros. places: taken down for each column, from ``at`` on."""
     out = bytearray()
     for number, child in enumerate(node.values(), start=1):
@@ -74,7 +74,7 @@ def _place(node: Tree, columns: Sequence[Column], places: dict[int, int], at: in
     return bytes(out)
 
 
-def layout_of(columns: Sequence[Column]) -> Layout:
+def layout_of(columns: Sequence[SchemaColumn]) -> Layout:
     """Where the message that `row_schema.describe` describes has each column."""
     for column in columns:
         if column.kind not in KINDS:

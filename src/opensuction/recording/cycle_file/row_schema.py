@@ -24,7 +24,7 @@ KINDS: dict[type, int] = {
 _OF_TYPE = {number: kind for kind, number in KINDS.items()}
 
 
-class Column(NamedTuple):
+class SchemaColumn(NamedTuple):
     """A column of a table of doubles."""
 
     name: str
@@ -37,7 +37,7 @@ Tree = dict[str, Any]
 """By the part of a path: the index of a column, or a tree."""
 
 
-def tree_of(columns: Sequence[Column]) -> Tree:
+def tree_of(columns: Sequence[SchemaColumn]) -> Tree:
     """The columns by the parts of their names. Raises ValueError for a name that comes twice."""
     root: Tree = {}
     for index, column in enumerate(columns):
@@ -62,7 +62,9 @@ def _type_name(part: str) -> str:
     return "".join(word.capitalize() for word in _identifier(part).split("_"))
 
 
-def _describe(name: str, scope: str, node: Tree, columns: Sequence[Column]) -> DescriptorProto:
+def _describe(
+    name: str, scope: str, node: Tree, columns: Sequence[SchemaColumn]
+) -> DescriptorProto:
     """A message. scope: full name of what it is in."""
     full = f"{scope}.{name}"
     message = DescriptorProto(name=name)
@@ -83,7 +85,7 @@ def _describe(name: str, scope: str, node: Tree, columns: Sequence[Column]) -> D
     return message
 
 
-def describe(name: str, columns: Sequence[Column]) -> bytes:
+def describe(name: str, columns: Sequence[SchemaColumn]) -> bytes:
     """Description of a row as a serialised FileDescriptorSet, what an MCAP schema holds.
 
     name: of the message, within `PACKAGE`.
@@ -102,7 +104,7 @@ def enclose(message: DescriptorProto) -> bytes:
     return data
 
 
-def columns_of(name: str, description: bytes) -> tuple[Column, ...]:
+def columns_of(name: str, description: bytes) -> tuple[SchemaColumn, ...]:
     """The columns of a description that `describe` made, in this or another version.
 
     Raises ValueError for a description of something else.
@@ -114,7 +116,7 @@ def columns_of(name: str, description: bytes) -> tuple[Column, ...]:
     return tuple(_columns_of(messages[0], ""))
 
 
-def _columns_of(message: DescriptorProto, prefix: str) -> Iterator[Column]:
+def _columns_of(message: DescriptorProto, prefix: str) -> Iterator[SchemaColumn]:
     inner = {one.name: one for one in message.nested_type}
     for number, field in enumerate(message.field, start=1):
         path = f"{prefix}{field.json_name or field.name}"
@@ -123,6 +125,6 @@ def _columns_of(message: DescriptorProto, prefix: str) -> Iterator[Column]:
         if field.type == FieldDescriptorProto.TYPE_MESSAGE:
             yield from _columns_of(inner[field.type_name.rpartition(".")[2]], f"{path}.")
         elif field.type in _OF_TYPE:
-            yield Column(path, _OF_TYPE[field.type])
+            yield SchemaColumn(path, _OF_TYPE[field.type])
         else:
             raise ValueError(f"field {path} is of a type that a row does not have")

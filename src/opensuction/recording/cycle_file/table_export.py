@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 
 FORMATS = ("csv", "parquet")
-TIME = Column("time_s", float)
+TIME = SchemaColumn("time_s", float)
 """First column of every table: since the recording's beginning."""
 
 
@@ -37,7 +37,7 @@ def _cells(kind: type, numbers: NDArray[np.float64]) -> list[str]:
     return [str(int(one)) for one in numbers.tolist()]
 
 
-def _open_csv(path: Path, columns: Sequence[Column]) -> Sheet:
+def _open_csv(path: Path, columns: Sequence[SchemaColumn]) -> Sheet:
     file = path.open("x", encoding="utf-8", newline="")
     kinds = [TIME.kind, *(column.kind for column in columns)]
     csv.writer(file).writerow([TIME.name, *(column.name for column in columns)])
@@ -64,7 +64,7 @@ def require_parquet(asked: str = "--format parquet", instead: str = "--format cs
     return pyarrow
 
 
-def _open_parquet(path: Path, columns: Sequence[Column]) -> Sheet:
+def _open_parquet(path: Path, columns: Sequence[SchemaColumn]) -> Sheet:
     pyarrow = require_parquet()
     kinds = {float: pyarrow.float64(), int: pyarrow.int64(), bool: pyarrow.bool_()}
     all_columns = [TIME, *columns]
@@ -90,7 +90,7 @@ def named(path: Path) -> Iterator[None]:
         raise OSError(error.errno, error.strerror, path.name) from None
 
 
-def open_sheet(path: Path, columns: Sequence[Column], form: str) -> Sheet:
+def open_sheet(path: Path, columns: Sequence[SchemaColumn], form: str) -> Sheet:
     """A new table. form: of `FORMATS`. What it does raises OSError where it cannot be written."""
     with named(path):
         sheet = _open_parquet(path, columns) if form == "parquet" else _open_csv(path, columns)

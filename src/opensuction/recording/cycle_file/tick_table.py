@@ -6,7 +6,7 @@ and the whole state after the tick.
 
 from opensuction.controller.record import Inputs, Outputs, State
 from opensuction.kernel.codegen import row
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 
 TICKS = "/tick"
 """Topic of the ticks; a tick that is missing was not made, or its row was lost."""
@@ -16,9 +16,9 @@ INPUTS, OUTPUTS, STATE = "inputs", "outputs", "state"
 """How the names of a tick's columns begin."""
 
 
-def prefixed(prefix: str, record_type: type) -> tuple[Column, ...]:
+def prefixed(prefix: str, record_type: type) -> tuple[SchemaColumn, ...]:
     """Columns of a record, their names behind a prefix."""
-    return tuple(Column(f"{prefix}.{one.name}", one.kind) for one in row.layout(record_type))
+    return tuple(SchemaColumn(f"{prefix}.{one.name}", one.kind) for one in row.layout(record_type))
 
 
 TICK_COLUMNS = (
@@ -26,7 +26,7 @@ TICK_COLUMNS = (
     *prefixed(OUTPUTS, Outputs),
     *prefixed(STATE, State),
 )
-START_COLUMNS = (Column("tick", int), *prefixed(STATE, State))
+START_COLUMNS = (SchemaColumn("tick", int), *prefixed(STATE, State))
 
 TABLES = {TICKS: TICK_COLUMNS, STARTS: START_COLUMNS}
 """Columns of each topic, as a writer takes them."""

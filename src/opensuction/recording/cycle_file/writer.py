@@ -32,12 +32,12 @@ from numpy.typing import NDArray
 from opensuction.kernel import private_file
 from opensuction.recording.cycle_file import event as events
 from opensuction.recording.cycle_file import frame, row_layout, row_schema
-from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.event import RecordedEvent
 from opensuction.recording.cycle_file.extent import EMPTY, Extent
 from opensuction.recording.cycle_file.frame import Batch
 from opensuction.recording.cycle_file.heading import PROFILE, Heading, to_metadata
 from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import PACKAGE, Column
+from opensuction.recording.cycle_file.row_schema import PACKAGE, SchemaColumn
 
 MAGIC = b"\x89MCAP0\r\n"
 ENCODING = "protobuf"
@@ -61,7 +61,7 @@ def message_name(topic: str) -> str:
     return topic.strip("/").replace("/", "_").capitalize()
 
 
-def _schemas_of(tables: Mapping[str, Sequence[Column]]) -> list[Schema]:
+def _schemas_of(tables: Mapping[str, Sequence[SchemaColumn]]) -> list[Schema]:
     """Schemas of the topics, and of the events after them."""
     described = {
         topic: row_schema.describe(message_name(topic), columns)
@@ -80,7 +80,7 @@ class RecordingWriter:
         self,
         target: Path | BytesIO,
         heading: Heading,
-        tables: Mapping[str, Sequence[Column]],
+        tables: Mapping[str, Sequence[SchemaColumn]],
         chunk_rows: int = FLUSHED_ROWS,
         is_private: bool = False,
         flushing: Flushing | None = None,
@@ -204,7 +204,7 @@ class RecordingWriter:
             if self._pending_rows == self._chunk_rows:
                 self.flush()
 
-    def add_event(self, time_ns: int, event: Event) -> None:
+    def add_event(self, time_ns: int, event: RecordedEvent) -> None:
         """An event; written with the next rows, or by `flush`. time_ns: as of a row."""
         channel = len(self._topics)
         data = events.encode(event)

@@ -20,7 +20,7 @@ from opensuction.settings import (
     lines_section,
     plausibility,
 )
-from opensuction.settings.calibration_section import Branches, Measured, Origin, Plays
+from opensuction.settings.calibration_section import Branches, CalibratedMachine, Measured, Plays
 from opensuction.settings.identification_file import (
     FORMAT_VERSION,
     MODIFIED_DAHL,
@@ -91,7 +91,7 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
         servo=found.calibration.feedforward,
         driven=_driven(calibrated),
         measured=Measured(
-            machine=Origin(
+            machine=CalibratedMachine(
                 name=calibrated.equipment.machine_name,
                 preset=rig.kind.preset,
                 catheter_mm=rig.kind.catheter.outer_mm,

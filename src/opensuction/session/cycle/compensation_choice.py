@@ -7,7 +7,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.session.choice import LISTED
 from opensuction.session.cycle.equipment import is_file
 from opensuction.settings import identification_file, plausibility
-from opensuction.settings.calibration_section import Origin
+from opensuction.settings.calibration_section import CalibratedMachine
 from opensuction.settings.choice import choose
 from opensuction.settings.identification_file import Identified
 from opensuction.simulation.machine_kind import MachineKind
@@ -51,7 +51,7 @@ def nominal_feedforward(profile: MachineProfile) -> Feedforward:
     )
 
 
-def _check_origin(origin: Origin, name: str, kind: MachineKind) -> None:
+def _check_origin(origin: CalibratedMachine, name: str, kind: MachineKind) -> None:
     if origin.preset != kind.preset:
         raise InputError(
             f"{name}: was calibrated on a {origin.preset} machine, and this one is {kind.preset}; "

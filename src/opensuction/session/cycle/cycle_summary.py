@@ -29,7 +29,7 @@ from opensuction.session.cycle import (
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
 from opensuction.simulation import trace
-from opensuction.simulation.annunciation import Told
+from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Abort, Outcome, TripTime
 from opensuction.simulation.trace import Columns
@@ -133,7 +133,7 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
     ]
 
 
-def told(found: Iterable[Told]) -> list[Json]:
+def told(found: Iterable[Annunciation]) -> list[Json]:
     """The key ``told``: what the annunciator at the bedside showed, when, and who raised it."""
     return [
         {

@@ -17,7 +17,7 @@ from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import RESTARTING
-from opensuction.simulation.injection.first_sign import Detector, Notice
+from opensuction.simulation.injection.first_sign import Detector, FirstSign
 from opensuction.simulation.injection.injection import Injected, InjectedRun
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault_table import ROWS
@@ -68,7 +68,7 @@ def play(prepared: Prepared, watch: Watch) -> InjectedRun:
     return found._replace(faults=(*planned, *found.faults))
 
 
-def _sentence(notice: Notice, columns: Columns) -> str:
+def _sentence(notice: FirstSign, columns: Columns) -> str:
     if notice.detector == Detector.TRIP:
         return Condition(notice.code).row.sentence
     if notice.detector == Detector.CHECK:

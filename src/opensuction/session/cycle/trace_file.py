@@ -10,7 +10,7 @@ import numpy as np
 from opensuction.kernel.codegen import row
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file import table_export
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.table_export import FORMATS, TIME
 from opensuction.simulation.closed_loop import TraceRow
 from opensuction.simulation.trace import Columns
@@ -19,7 +19,7 @@ BLOCK_ROWS = 5000
 """Rows that are written at once."""
 
 TABLE_COLUMNS = tuple(
-    Column(one.name, one.kind) for one in row.layout(TraceRow) if one.name != TIME.name
+    SchemaColumn(one.name, one.kind) for one in row.layout(TraceRow) if one.name != TIME.name
 )
 """Columns beside the time, with what their numbers stand for."""
 

@@ -12,7 +12,7 @@ from opensuction.controller.calibration import Calibration
 from opensuction.controller.record import Settings
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.identification.estimator.adaptation import (
-    Change,
+    AdaptationChange,
     branch_scales,
     unchanged,
 )
@@ -33,7 +33,7 @@ class Learning(NamedTuple):
     """As the laser found it."""
     settings: Settings
     """The controller's on that calibration; its limits never change."""
-    change: Change
+    change: AdaptationChange
     """The last one."""
     refusal: str | None
     """Why no further cycle may begin."""
@@ -57,7 +57,7 @@ def learned(learning: Learning, prepared: Prepared, columns: Columns) -> Learnin
     return learning._replace(change=change, refusal=refusal)
 
 
-def out_of_range(change: Change, gap_mm: float) -> str:
+def out_of_range(change: AdaptationChange, gap_mm: float) -> str:
     """Why a transmission out of range ends the day, in one sentence. gap_mm: identified."""
     sentence, limits = Condition.CALIBRATION_OUT_OF_RANGE.row.sentence, change.limits
     scale, deeper_mm = change.found

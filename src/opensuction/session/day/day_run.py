@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.controller import setup
-from opensuction.identification.estimator.adaptation import Change
+from opensuction.identification.estimator.adaptation import AdaptationChange
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import schedule
@@ -56,7 +56,7 @@ class DayCycle(NamedTuple):
     """A person looked at the patient just before it, for the passes of the machine were used up."""
     preoxygenation: str
     """What is on record: confirmed, skipped or not-required."""
-    learned: Change | None
+    learned: AdaptationChange | None
     """What it showed of gap and tip; None without self-calibration or where it was broken off."""
 
 

@@ -4,7 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from opensuction.identification.estimator.adaptation import SPOILT, Change, Finding, Spoilt
+from opensuction.identification.estimator.adaptation import (
+    SPOILT,
+    AdaptationChange,
+    Finding,
+    Spoilt,
+)
 from opensuction.identification.estimator.mouth_passage import SENTENCES, Missed
 from opensuction.kernel.constant import HOUR_S
 from opensuction.kernel.name import name_of
@@ -102,7 +107,7 @@ def plain(day: Day, reports: Sequence[CycleReport] = ()) -> Json:
     )
 
 
-def _gap(change: Change | None) -> Json | None:
+def _gap(change: AdaptationChange | None) -> Json | None:
     """One cycle's change; None without self-calibration or after a broken cycle."""
     if change is None:
         return None
@@ -125,7 +130,7 @@ def _gap(change: Change | None) -> Json | None:
     }
 
 
-def gap_words(change: Change | None) -> str:
+def gap_words(change: AdaptationChange | None) -> str:
     """What a cycle showed, to be added to a line about it."""
     if change is None:
         return ""

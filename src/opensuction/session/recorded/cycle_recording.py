@@ -21,7 +21,7 @@ from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.commands import Commands
 from opensuction.recording.cycle_file import tick_table
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.tick_table import INPUT_PART, OUTPUT_PART, STATE_PART, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.session.cycle.cycle_run import Prepared
@@ -38,7 +38,7 @@ Table = NDArray[np.float64]
 TWIN = "/twin"
 """Topic of what really happened, which no machine knows of itself."""
 TWIN_COLUMNS = (
-    Column("phase", int),
+    SchemaColumn("phase", int),
     *tick_table.prefixed("truth", Truth),
     *tick_table.prefixed("annunciator", Annunciator),
     *tick_table.prefixed("obeyed", Commands),

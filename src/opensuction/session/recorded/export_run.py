@@ -10,11 +10,11 @@ import numpy as np
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file import table_export
-from opensuction.recording.cycle_file.chunk_content import Rows, Told
-from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
+from opensuction.recording.cycle_file.event import RecordedEvent
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.table_export import FORMATS, Sheet
 from opensuction.recording.cycle_file.tick_table import STARTS
 from opensuction.session.plain import Json
@@ -65,7 +65,7 @@ class Choice(NamedTuple):
 
 
 def _wanted(
-    patterns: tuple[str, ...], tables: dict[str, tuple[Column, ...]]
+    patterns: tuple[str, ...], tables: dict[str, tuple[SchemaColumn, ...]]
 ) -> dict[str, list[int]]:
     """Places of the columns of each topic that match a pattern.
 
@@ -113,7 +113,7 @@ def _export(
 ) -> Json:
     tables = {topic: one for topic, one in reader.tables.items() if topic != STARTS}
     topics: dict[str, _Topic] = {}
-    told: list[Told] = []
+    told: list[TimedEvent] = []
     try:
         for topic, index in _wanted(choice.columns, tables).items():
             if index:
@@ -122,7 +122,7 @@ def _export(
                 topics[topic] = _Topic(table_export.open_sheet(path, kept, choice.form), index)
         first = next(iter(topics))
         for one in reader.contents():
-            if isinstance(one, Told):
+            if isinstance(one, TimedEvent):
                 told.append(one)
             elif one.topic in topics:
                 topics[one.topic].add(_seconds(one, reader), one.table)
@@ -158,9 +158,9 @@ def _seconds(rows: Rows, reader: RecordingReader) -> Times:
     return seconds
 
 
-def _write_events(path: Path, told: list[Told], reader: RecordingReader) -> None:
+def _write_events(path: Path, told: list[TimedEvent], reader: RecordingReader) -> None:
     with table_export.named(path), path.open("x", encoding="utf-8", newline="") as file:
         lines = csv.writer(file)
-        lines.writerow(["time_s", *Event._fields])
+        lines.writerow(["time_s", *RecordedEvent._fields])
         for one in sorted(told, key=lambda one: one.time_ns):
             lines.writerow([(one.time_ns - reader.heading.began_ns) / 1e9, *one.event])

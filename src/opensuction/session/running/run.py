@@ -16,7 +16,7 @@ from opensuction.records.history import PastAlarm, PastCycle
 from opensuction.records.records import Records
 from opensuction.runtime import launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.supervisor import LOOKS_S, Notice, Supervisor
+from opensuction.runtime.supervisor import LOOKS_S, Supervisor, SupervisorNotice
 from opensuction.session.plain import Json
 from opensuction.session.running.cycle_scheduler import CycleScheduler, Doing
 from opensuction.session.running.machine import Running
@@ -81,7 +81,7 @@ class Tally:
 class Done(NamedTuple):
     """What a run has come to."""
 
-    notices: list[Notice]
+    notices: list[SupervisorNotice]
     reason: str
     """Why it ended before its time; empty where it did not."""
     ended: bool
@@ -110,10 +110,10 @@ def supervise(
     Whatever ends it, the catheter comes out first and everything is written.
     """
     began_at, began_s = utc_time.now(), time.monotonic()
-    notices: list[Notice] = []
+    notices: list[SupervisorNotice] = []
     tally = Tally(running.folder)
 
-    def tell(notice: Notice) -> None:
+    def tell(notice: SupervisorNotice) -> None:
         notices.append(notice)
         about = f" ({notice.detail})" if notice.detail else ""
         watch.tell(f"{SENTENCES[notice.what]}{about}")

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from opensuction.safety.priority import Priority
-from opensuction.simulation.annunciation import Told
+from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import MachineEffect
@@ -84,7 +84,7 @@ def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable
     return _find_of_machine(machine)
 
 
-def told_s(told: Sequence[Told], from_s: float) -> float:
+def told_s(told: Sequence[Annunciation], from_s: float) -> float:
     """When a person was told with high priority, from an instant on; nan where nobody was."""
     high = [
         one.at_s

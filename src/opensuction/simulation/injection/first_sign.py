@@ -36,7 +36,7 @@ class Detector(IntEnum):
     `Condition` that the annunciator then shows."""
 
 
-class Notice(NamedTuple):
+class FirstSign(NamedTuple):
     """The first sign of a fault."""
 
     detector: Detector
@@ -58,7 +58,7 @@ class Notice(NamedTuple):
         return name_of(names[self.detector](self.code))
 
 
-def _find_trip(columns: Columns, first: int) -> Notice | None:
+def _find_trip(columns: Columns, first: int) -> FirstSign | None:
     masks = columns["verdict.trips"].astype(np.int64)
     known = int(masks[first - 1]) if first > 0 else 0
     new = np.flatnonzero(masks[first:] & ~known)
@@ -66,39 +66,39 @@ def _find_trip(columns: Columns, first: int) -> Notice | None:
         return None
     tick = first + int(new[0])
     code = condition_mask.decode_trips(int(masks[tick]) & ~known)[0]
-    return Notice(Detector.TRIP, code, float(columns["time_s"][tick]))
+    return FirstSign(Detector.TRIP, code, float(columns["time_s"][tick]))
 
 
-def _find_failed_check(columns: Columns, first: int) -> Notice | None:
+def _find_failed_check(columns: Columns, first: int) -> FirstSign | None:
     failed = np.flatnonzero(columns["check_failed"][first:])
     if not failed.size or (first > 0 and columns["check_failed"][first - 1] != 0.0):
         return None
     tick = first + int(failed[0])
     code = int(columns["check_failed"][tick])
-    return Notice(Detector.CHECK, code, float(columns["time_s"][tick]))
+    return FirstSign(Detector.CHECK, code, float(columns["time_s"][tick]))
 
 
-def _find_abort(columns: Columns, first: int) -> Notice | None:
+def _find_abort(columns: Columns, first: int) -> FirstSign | None:
     broken = np.isin(columns["phase"], (Phase.ABORTING, Phase.HALTED))
     began = np.flatnonzero(broken[first:])
     if not began.size or (first > 0 and broken[first - 1]):
         return None
     tick = first + int(began[0])
-    return Notice(Detector.ABORT, int(columns["cause"][tick]), float(columns["time_s"][tick]))
+    return FirstSign(Detector.ABORT, int(columns["cause"][tick]), float(columns["time_s"][tick]))
 
 
-def find_lines(columns: Columns, first: int) -> list[Notice]:
+def find_lines(columns: Columns, first: int) -> list[FirstSign]:
     """What the annunciator's own lines show from a tick on and did not before."""
     found = []
     for name, line in LINES.items():
         shown = np.flatnonzero(columns[name][first:])
         if shown.size and not (first > 0 and columns[name][first - 1]):
             time_s = float(columns["time_s"][first + int(shown[0])])
-            found.append(Notice(Detector.DRIVE, line.condition, time_s))
+            found.append(FirstSign(Detector.DRIVE, line.condition, time_s))
     return found
 
 
-def find_notice(columns: Columns, from_s: float) -> Notice | None:
+def find_notice(columns: Columns, from_s: float) -> FirstSign | None:
     """The first sign of trouble from an instant on that was not there before; None for none.
 
     A trip, an item of the pre-use test or another event that broke the cycle off, whichever comes

@@ -19,7 +19,7 @@ from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.first_sign import (
     Detector,
-    Notice,
+    FirstSign,
     find_lines,
     find_notice,
 )
@@ -54,7 +54,7 @@ class Injected(NamedTuple):
     injection: Injection
     at_s: float
     """First tick with the fault; nan where its instant never came."""
-    notice: Notice | None
+    notice: FirstSign | None
     """The first sign after it; None where nothing noticed it."""
 
 
@@ -195,7 +195,7 @@ def _run_for(going: FaultyRun, seconds: float) -> None:
         going.advance(last - going.done)
 
 
-def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
+def find_first_sign(run: InjectedRun, at_s: float) -> FirstSign | None:
     """As `find_notice`, or what was noticed without the controller, or its refusal to start.
 
     at_s: nan for what never came; negative for what had come before the run's first row.
@@ -209,6 +209,6 @@ def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
     signs = [seen, *find_lines(run.columns, round(at_s / DT_S))]
     refusal = run.state.controller.core.upkeep.refusal
     if refusal != Refusal.NONE and at_s == 0.0:  # the start is asked for in the first tick
-        signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
+        signs.append(FirstSign(Detector.REFUSAL, refusal, 0.0))
     found = [sign for sign in signs if sign is not None]
     return min(found, key=lambda sign: sign.time_s, default=None)

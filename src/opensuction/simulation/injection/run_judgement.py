@@ -10,7 +10,7 @@ from opensuction.oracle.bound import BOUNDS
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE, Harm
 from opensuction.simulation import annunciation
-from opensuction.simulation.annunciation import Told
+from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.injection import catheter_retention, fault_allowance
 from opensuction.simulation.injection.injection import Injected
 from opensuction.simulation.trace import Columns
@@ -78,12 +78,12 @@ class Judgement(NamedTuple):
     """Of these the ones that the faults' own nature does not make unavoidable."""
     left_inside: LeftInside | None
     """None where the tip is out."""
-    told: tuple[Told, ...]
+    told: tuple[Annunciation, ...]
     """Of what people were told in the whole run."""
 
 
 def _judge_left_inside(
-    machine: Machine, told: Sequence[Told], came: Sequence[Injected], within_s: float
+    machine: Machine, told: Sequence[Annunciation], came: Sequence[Injected], within_s: float
 ) -> LeftInside:
     why = catheter_retention.find_unavoidable(machine, [one.injection for one in came])
     from_s = min((one.at_s for one in came), default=0.0)

@@ -42,7 +42,7 @@ PLACES = 60
 """Head positions at which repeats are compared."""
 
 
-class Fitted(NamedTuple):
+class FittedConduit(NamedTuple):
     """A conduit of a recording, and how well it describes it."""
 
     conduit: RecordedConduit
@@ -66,7 +66,7 @@ def empty(kind: str) -> RecordedConduit:
     return recorded_conduit.bank(np.array(WIDTHS_MM), CELLS, 0.0, STROKE_MM)
 
 
-def fit(kind: str, head_mm: Array, tip_mm: Array) -> Fitted:
+def fit(kind: str, head_mm: Array, tip_mm: Array) -> FittedConduit:
     """The conduit of a kind that describes a recording best; head_mm, tip_mm: shape (n,)."""
     tried = [_fit_after(empty(kind), head_mm, tip_mm, past) for past in PASTS]
     return min(tried, key=lambda found: found.residual_mm)
@@ -103,7 +103,7 @@ def _penalties(start: RecordedConduit, centred: Array) -> Array:
     return np.asarray(np.sqrt(float(centred.shape[0])) * np.vstack(rows))
 
 
-def _fit_after(start: RecordedConduit, head_mm: Array, tip_mm: Array, past: float) -> Fitted:
+def _fit_after(start: RecordedConduit, head_mm: Array, tip_mm: Array, past: float) -> FittedConduit:
     columns = _columns(start, head_mm, past)
     means = columns.mean(axis=0)
     penalties = _penalties(start, columns - means)
@@ -116,7 +116,7 @@ def _fit_after(start: RecordedConduit, head_mm: Array, tip_mm: Array, past: floa
         first += cells
     conduit = start._replace(gains=gains, offset_mm=float(tip_mm.mean() - means @ found))
     left_mm = tip_mm - recorded_conduit.tip_mm(conduit, head_mm, past=past)
-    return Fitted(conduit, past, float(np.sqrt(np.mean(np.square(left_mm)))))
+    return FittedConduit(conduit, past, float(np.sqrt(np.mean(np.square(left_mm)))))
 
 
 def scatter_mm(head_mm: Array, tip_mm: Array) -> float:

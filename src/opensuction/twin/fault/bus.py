@@ -49,7 +49,7 @@ PLAUSIBLE = Bus(latency_s=0.0005, jitter_s=0.0003, lost_share=0.001)
 """[assumed] A field bus in good order: half a period, and one message in a thousand is lost."""
 
 
-class Spread(NamedTuple):
+class BusTicks(NamedTuple):
     """A bus in ticks: what a message takes, evenly from the least to the most, and its losses."""
 
     least_ticks: float
@@ -57,26 +57,26 @@ class Spread(NamedTuple):
     lost_share: float
 
 
-def spread_of(bus: Bus, dt_s: float) -> Spread:
+def spread_of(bus: Bus, dt_s: float) -> BusTicks:
     """A bus in ticks."""
     least_s, most_s = bus.latency_s - bus.jitter_s, bus.latency_s + bus.jitter_s
-    return Spread(least_s / dt_s, most_s / dt_s, bus.lost_share)
+    return BusTicks(least_s / dt_s, most_s / dt_s, bus.lost_share)
 
 
 @compiled
-def is_there(spread: Spread) -> bool:
+def is_there(spread: BusTicks) -> bool:
     """Whether there is a bus: a time, or a loss."""
     return spread.most_ticks > 0.0 or spread.lost_share > 0.0
 
 
 @compiled
-def oldest_ticks(spread: Spread) -> int:
+def oldest_ticks(spread: BusTicks) -> int:
     """After so many ticks a message has come that was not lost."""
     return math.floor(spread.most_ticks) + 1
 
 
 @compiled
-def taken_ticks(spread: Spread, source: RandomStream, way: int, tick: int) -> int:
+def taken_ticks(spread: BusTicks, source: RandomStream, way: int, tick: int) -> int:
     """After how many ticks a message comes that was sent in a tick. way: `READINGS`, `COMMANDS`."""
     if spread.most_ticks == 0.0:
         return 0
@@ -86,7 +86,7 @@ def taken_ticks(spread: Spread, source: RandomStream, way: int, tick: int) -> in
 
 
 @compiled
-def _is_lost(spread: Spread, source: RandomStream, way: int, tick: int) -> bool:
+def _is_lost(spread: BusTicks, source: RandomStream, way: int, tick: int) -> bool:
     """Whether a message is lost that was sent in a tick."""
     if spread.lost_share == 0.0:
         return False
@@ -95,7 +95,7 @@ def _is_lost(spread: Spread, source: RandomStream, way: int, tick: int) -> bool:
 
 
 @compiled
-def has_come(spread: Spread, source: RandomStream, way: int, tick: int, after: int) -> bool:
+def has_come(spread: BusTicks, source: RandomStream, way: int, tick: int, after: int) -> bool:
     """Whether a message is there so many ticks after the one it was sent in; see `taken_ticks`."""
     if taken_ticks(spread, source, way, tick) > after:
         return False

@@ -17,7 +17,7 @@ from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Monitor, Readings
 from opensuction.kernel.record import Array, make_zero
 from opensuction.twin.fault import bus, reading_fault
-from opensuction.twin.fault.bus import Bus, Spread
+from opensuction.twin.fault.bus import Bus, BusTicks
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 
 RING_TICKS = 2048
@@ -86,7 +86,7 @@ class Link(NamedTuple):
     mains: bool
     reserve: bool
     """Energy for the drives without the mains."""
-    carrier: Spread
+    carrier: BusTicks
     """A bus under it: what messages take on top of the delays, and how many it loses."""
     stream: RandomStream
     """Chance of losses; block ``tick`` is drawn in each."""
@@ -99,7 +99,7 @@ class LinkState(NamedTuple):
     message: Message
 
 
-class Past(NamedTuple):
+class LinkPast(NamedTuple):
     """What comes now of what was sent earlier; where the link delays nothing it is not looked at.
 
     It is read before a tick, and kept after it, by whoever has the rings: what hands them on has
@@ -247,12 +247,12 @@ def _command_ticks(link: Link, sent: Ring, tick: int) -> int:
 
 
 @compiled
-def recall(link: Link, got: Ring, sent: Ring, shown: Ring, tick: int) -> Past:
+def recall(link: Link, got: Ring, sent: Ring, shown: Ring, tick: int) -> LinkPast:
     """What comes in a tick of what was sent before it. got, sent, shown: see `rings`."""
     # All three, needed or not: no branch lies between the references' counts, so there are none.
     step, reading_ticks = _step_of(tick), _reading_ticks(link, tick)
     command_ticks = _command_ticks(link, sent, tick)
-    return Past(
+    return LinkPast(
         readings=_read_readings(got, _ring_row(tick - reading_ticks)),
         reading_ticks=reading_ticks,
         message=_read_message(sent, _ring_row(tick - command_ticks)),
@@ -275,7 +275,7 @@ def keep(
 
 @compiled
 def receive_readings(
-    link: Link, state: LinkState, reported: Readings, past: Past, tick: int
+    link: Link, state: LinkState, reported: Readings, past: LinkPast, tick: int
 ) -> Readings:
     """What the controller gets in a tick of what the sensors report."""
     if link.readings_repeated:
@@ -291,7 +291,7 @@ def receive_readings(
 
 
 @compiled
-def receive_monitor(link: Link, state: LinkState, shown: Monitor, past: Past) -> Monitor:
+def receive_monitor(link: Link, state: LinkState, shown: Monitor, past: LinkPast) -> Monitor:
     """What the controller gets of the patient monitor, which has a link of its own."""
     if link.monitor_frozen:
         return state.readings.monitor
@@ -302,7 +302,7 @@ def receive_monitor(link: Link, state: LinkState, shown: Monitor, past: Past) ->
 
 @compiled
 def receive_message(
-    link: Link, state: LinkState, sent: Message, past: Past, tick: int
+    link: Link, state: LinkState, sent: Message, past: LinkPast, tick: int
 ) -> tuple[Message, bool]:
     """What the drives go by in a tick, and whether it is new."""
     carried = bus.is_there(link.carrier)
