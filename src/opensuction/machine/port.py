@@ -13,7 +13,7 @@ from opensuction.kernel.record import Array
 
 
 class MachineFacts(NamedTuple):
-    """What a machine says of itself."""
+    """Self-description of a machine."""
 
     name: str
     version: str
@@ -50,7 +50,7 @@ class Port(Protocol):
 
 
 class HandTask(StrEnum):
-    """What a hand at the catheter head is to do."""
+    """Task of a hand at the catheter head."""
 
     PUSH = "push"
     DRAW = "draw"

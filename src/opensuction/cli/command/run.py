@@ -174,11 +174,11 @@ def ask(options: AskOptions) -> int:
     import getpass
 
     from opensuction.runtime.controller_request import PRESSED
-    from opensuction.session.running import button_press
+    from opensuction.session.running import remote_request
 
     who = options.who or getpass.getuser()
-    answer = button_press.ask(options.name, options.request, who)
-    show(options.as_json, answer, lambda console: console.print(button_press.say(answer)))
+    answer = remote_request.ask(options.name, options.request, who)
+    show(options.as_json, answer, lambda console: console.print(remote_request.say(answer)))
     return exit_status.DONE if answer["verdict"] == PRESSED else exit_status.FAILED
 
 
