@@ -9,7 +9,7 @@ from sqlalchemy import Connection, text
 from opensuction.records.account_rows import AccessToken, AccountState, store_state, store_token
 from opensuction.records.entry import (
     Action,
-    AlarmEntry,
+    Alarm,
     BoundFile,
     Catheter,
     CycleEnd,
@@ -28,7 +28,7 @@ PROTOCOL = SettingsFile("adult", "depth_mm = 90\n")
 NOON = datetime(2026, 11, 23, 12, 0, 0, 7, tzinfo=UTC)
 RECORDING = BoundFile("a.mcap", "a.mcap", 1, "/nowhere", 7, "0f" * 32, True)
 COMPLETED = CycleEnd(Outcome.COMPLETED, "", False)
-CLOGGED = AlarmEntry("LINE_CLOGGED", "high", "nothing came")
+CLOGGED = Alarm("LINE_CLOGGED", "high", "nothing came")
 
 
 def start(

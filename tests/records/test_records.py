@@ -13,7 +13,7 @@ from sqlalchemy import select
 
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import schema
-from opensuction.records.entry import Action, AlarmEntry, CycleEnd, CycleStart, Outcome
+from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome
 from opensuction.records.records import Records
 from tests.records.conftest import on_both
 from tests.records.example import (
@@ -262,7 +262,7 @@ def test_an_end_or_an_alarm_that_cannot_be_is_refused(records: Records) -> None:
     with pytest.raises(InputError, match="true, false or not known"):
         records.end_cycle(cycle, CycleEnd(Outcome.ABORTED, "", 1))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="none of low, medium, high"):
-        records.add_alarm(MACHINE, AlarmEntry("LINE_CLOGGED", "urgent"), cycle)
+        records.add_alarm(MACHINE, Alarm("LINE_CLOGGED", "urgent"), cycle)
     with pytest.raises(InputError, match="has 4001 characters"):
         records.add_alarm(MACHINE, CLOGGED._replace(detail="a" * 4001), cycle)
     assert [one.id for one in records.unfinished_cycles()] == [cycle]

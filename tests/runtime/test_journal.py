@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from opensuction.ipc.event_ring import ProcessEvent
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.transition import Event as Transition
-from opensuction.records.entry import Action, AlarmEntry, CycleEnd, Outcome
+from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
 from opensuction.runtime.journal import Begun, ControllerRun, Entry, Journal, in_words
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
 from opensuction.safety.condition import Condition
@@ -74,8 +74,8 @@ def test_why_it_was_aborted_is_said() -> None:
     rows[np.flatnonzero(aborting)[0] - 1, ROW_COLUMNS.index("outputs.verdict.trips")] = trips
     rows[aborting, ROW_COLUMNS.index("outputs.signals.present")] = trips
     entries = follow(rows)
-    assert kinds(entries) == ["Begun", "AlarmEntry", "CycleEnd"]
-    assert isinstance(entries[1].what, AlarmEntry)
+    assert kinds(entries) == ["Begun", "Alarm", "CycleEnd"]
+    assert isinstance(entries[1].what, Alarm)
     assert (entries[1].what.condition, entries[1].what.priority) == ("CATHETER_JAMMED", "high")
     assert entries[2].what == CycleEnd(Outcome.ABORTED, "tripped, catheter-jammed")
 

@@ -74,7 +74,7 @@ class CycleEnd(NamedTuple):
     """Whether the catheter was still in the airway; None: not known."""
 
 
-class AlarmEntry(NamedTuple):
+class Alarm(NamedTuple):
     """An alarm that was raised."""
 
     condition: str

@@ -6,7 +6,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.records.database import column, schema
 from opensuction.records.entry import (
     Action,
-    AlarmEntry,
+    Alarm,
     BoundFile,
     CycleEnd,
     CycleStart,
@@ -134,7 +134,7 @@ def check_end(end: CycleEnd) -> None:
         raise InputError("whether the catheter was inside must be true, false or not known")
 
 
-def check_alarm(alarm: AlarmEntry) -> None:
+def check_alarm(alarm: Alarm) -> None:
     """Raises InputError for what is no alarm."""
     check_name("the alarm's condition", alarm.condition)
     _check_choice("the alarm's priority", alarm.priority, schema.PRIORITIES)

@@ -20,7 +20,7 @@ from opensuction.records.database.database import Database, connect, create_file
 from opensuction.records.database.utc_time import to_utc
 from opensuction.records.entry import (
     Action,
-    AlarmEntry,
+    Alarm,
     BoundFile,
     CycleEnd,
     CycleStart,
@@ -156,7 +156,7 @@ class Records:
     def add_alarm(
         self,
         machine: Machine,
-        alarm: AlarmEntry,
+        alarm: Alarm,
         cycle_id: str | None = None,
         key: str | None = None,
         at: datetime | None = None,

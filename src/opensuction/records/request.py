@@ -11,7 +11,7 @@ from opensuction.records import entry_check
 from opensuction.records.database import schema
 from opensuction.records.entry import (
     Action,
-    AlarmEntry,
+    Alarm,
     BoundFile,
     Catheter,
     CycleEnd,
@@ -131,7 +131,7 @@ def end_cycle(request: Request, cycle_id: str, end: CycleEnd) -> str:
     return cycle_id
 
 
-def add_alarm(request: Request, machine: Machine, alarm: AlarmEntry, cycle_id: str | None) -> str:
+def add_alarm(request: Request, machine: Machine, alarm: Alarm, cycle_id: str | None) -> str:
     """Store an alarm, and the machine where that is new."""
     if cycle_id is not None:
         _check_machine(find_cycle(request, cycle_id), machine.serial)
@@ -201,7 +201,7 @@ def store_one_each(request: Request, name: str) -> None:
         parameter_file=file,
     )
     cycle = begin_cycle(request, start)
-    add_alarm(request, machine, AlarmEntry(name, schema.PRIORITIES[0]), cycle)
+    add_alarm(request, machine, Alarm(name, schema.PRIORITIES[0]), cycle)
     act(request, Action(name, "trial", cycle_id=cycle))
     recorded = BoundFile(name, name, 1, name, 1, to_hash(name), is_closed=True)
     bind_recording(request, machine, recorded)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from opensuction import __version__
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
-from opensuction.records.entry import AlarmEntry, CycleEnd, CycleStart, Machine, Outcome
+from opensuction.records.entry import Alarm, CycleEnd, CycleStart, Machine, Outcome
 from opensuction.records.records import Records
 from opensuction.runtime import flushed
 from opensuction.runtime.flushed import Flushed
@@ -178,7 +178,7 @@ class DatabaseWriter:
         elif isinstance(what, CycleEnd):
             if self._cycle is not None:
                 self._end(records, self._cycle, entry)
-        elif isinstance(what, AlarmEntry):
+        elif isinstance(what, Alarm):
             records.add_alarm(machine, what, self._cycle, key, at)
         else:
             records.note_machine(machine)

@@ -16,7 +16,7 @@ from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.transition import Event as Transition
-from opensuction.records.entry import Action, AlarmEntry, CycleEnd, Outcome
+from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
 from opensuction.runtime.recorder import name_of as name_of_file
 from opensuction.runtime.row_event import told
@@ -52,7 +52,7 @@ class Entry(NamedTuple):
 
     key: str
     at: datetime
-    what: "Begun | CycleEnd | AlarmEntry | Action"
+    what: "Begun | CycleEnd | Alarm | Action"
 
 
 class Begun(NamedTuple):
@@ -138,7 +138,7 @@ class Journal:
         detail = f"the controller died while {name_of(phase)}, the head at {head_mm:.1f} mm"
         yield self._entry("end", self._last, CycleEnd(Outcome.INTERRUPTED, detail))
 
-    def _entry(self, kind: str, row: Array, what: Begun | CycleEnd | AlarmEntry | Action) -> Entry:
+    def _entry(self, kind: str, row: Array, what: Begun | CycleEnd | Alarm | Action) -> Entry:
         tick = int(row[_TICK])
         return Entry(f"{self._run.name}-{tick}-{kind}", self._at(row[_TIME] * NS_PER_S), what)
 
@@ -164,7 +164,7 @@ class Journal:
         for number in condition_mask.decode(mask & ~self._known):
             condition = Condition(number)
             priority = Priority(condition.row.handling.priority)
-            alarm = AlarmEntry(condition.name, priority.name.lower(), condition.row.sentence)
+            alarm = Alarm(condition.name, priority.name.lower(), condition.row.sentence)
             yield self._entry(f"alarm-{number}", row, alarm)
         self._known = mask
 

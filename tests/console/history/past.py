@@ -6,14 +6,14 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
-from opensuction.records.entry import Action, AlarmEntry, CycleEnd, CycleStart, Outcome
+from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome
 from tests.console.served import Served
 from tests.runtime.identity import ABOUT
 
 NOON = datetime(2026, 11, 23, 12, 0, 0, tzinfo=UTC)
 ATTACK = "</script><img src=x onerror=alert(1)>"
 RECORDING = "20261123T120000-0badcafe-000001250.mcap"
-CLOGGED = AlarmEntry("LINE_CLOGGED", "high", f"the suction line is clogged {ATTACK}")
+CLOGGED = Alarm("LINE_CLOGGED", "high", f"the suction line is clogged {ATTACK}")
 
 
 class Past(NamedTuple):
@@ -61,7 +61,7 @@ def remember(console: Served, recording: Path | None) -> Past:
     records.end_cycle(
         lost, CycleEnd(Outcome.ABORTED, f"tripped {ATTACK}"), at=next_day + timedelta(seconds=9)
     )
-    records.add_alarm(ABOUT.machine, AlarmEntry("REST", "low"), at=next_day + timedelta(minutes=1))
+    records.add_alarm(ABOUT.machine, Alarm("REST", "low"), at=next_day + timedelta(minutes=1))
     return Past(first, lost, records.begin_cycle(start("c.mcap"), at=NOON + timedelta(days=2)))
 
 
