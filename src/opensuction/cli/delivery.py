@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from opensuction.cli import exit_status, output_folder
 from opensuction.cli.interruption import Stopped
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -19,7 +19,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.library.columns import Values, read_inputs
 from opensuction.library.drawing import Curve, draw
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 from opensuction.settings import identification_file
 from opensuction.settings.identification_file import Identified, IdentifiedParameter
 from opensuction.settings.model_structure import ModelPart

@@ -12,6 +12,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.report.cycle import page
 from opensuction.report.summary import is_good
+from opensuction.result.plain import Json
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import (
     cycle_run,
@@ -22,7 +23,6 @@ from opensuction.session.cycle import (
     trace_file,
 )
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.plain import Json
 
 LARGEST_SEED = 2**32 - 1
 SHOWN = 3

@@ -12,9 +12,9 @@ from opensuction.library.columns import Given, Values, in_python, load
 from opensuction.library.fit import Fit, Fitted
 from opensuction.report.identification import identification_words
 from opensuction.report.summary import number
+from opensuction.result.plain import Json
 from opensuction.session.identification import identification_run, identification_summary
 from opensuction.session.identification.identification_run import LoadedRecording
-from opensuction.session.plain import Json
 from opensuction.settings.choice import choose
 
 

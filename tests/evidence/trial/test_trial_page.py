@@ -7,7 +7,7 @@ from opensuction.evidence.trial.draw import Trial
 from opensuction.evidence.trial.judged_cycle import Case
 from opensuction.evidence.trial.part import PlayedPart
 from opensuction.evidence.trial.trial_summary import Effort
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 from opensuction.twin.fault.fault import Fault
 from tests.evidence.trial.example import BREACH, HARM, STAYS, case
 

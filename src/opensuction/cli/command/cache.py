@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

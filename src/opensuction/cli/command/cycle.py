@@ -11,8 +11,8 @@ from opensuction.cli.command import cycle_help
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
+from opensuction.result.plain import Json
 from opensuction.session.choice import CycleChoice, DayChoice
-from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -10,8 +10,8 @@ from opensuction.cli.command import run_help
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.cli.interruption import Stopped
+from opensuction.result.plain import Json
 from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -7,7 +7,7 @@ from opensuction.cli import exit_status
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

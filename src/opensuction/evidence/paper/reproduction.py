@@ -15,7 +15,7 @@ from opensuction.evidence.paper import (
 )
 from opensuction.evidence.paper.claim import AGREES, DIFFERS, PaperClaim
 from opensuction.report.sheet import Cell, Section, Sheet, Table
-from opensuction.session.plain import without_nan
+from opensuction.result.plain import without_nan
 
 KINDS = (
     "Printed: the paper prints the number; computed: it follows from numbers that it prints. "

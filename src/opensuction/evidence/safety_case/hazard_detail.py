@@ -6,8 +6,8 @@ from opensuction.evidence.healthy_cycle import AIRWAY
 from opensuction.evidence.safety_case.hazard_claim import SAFE_STATES, SET_UP, Response
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, entry
+from opensuction.result.plain import Json
 from opensuction.safety.condition import Condition
-from opensuction.session.plain import Json
 from opensuction.twin.fault.fault_table import ROWS
 
 SPAN_WORDS = {SET_UP: "before the start", AIRWAY: "in the airway"}

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 from opensuction.evidence.trial import cohort, trial_summary
 from opensuction.evidence.trial.draw import FAULTS, Trial
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 from opensuction.simulation.injection.fault_allowance import ALLOWANCES, OWN_HARM, Allowance
 
 KINDS_SHOWN = 40

@@ -13,7 +13,7 @@ from opensuction.evidence.trial.draw import Trial
 from opensuction.evidence.trial.judged_cycle import Case
 from opensuction.evidence.trial.part import PlayedPart
 from opensuction.evidence.trial.trial_log import Heading
-from opensuction.session.plain import Json, without_nan
+from opensuction.result.plain import Json, without_nan
 
 USUAL = Trial()
 

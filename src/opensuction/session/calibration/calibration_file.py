@@ -9,11 +9,11 @@ import numpy as np
 from opensuction import __version__
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.errors import InputError
+from opensuction.result.plain import Json, without_nan
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
 from opensuction.session.cycle import machine_summary
 from opensuction.session.cycle.driving import EVERY
-from opensuction.session.plain import Json, without_nan
 from opensuction.settings import (
     calibration_section,
     identification_file,

@@ -15,6 +15,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.result.plain import Json, without_nan
 from opensuction.safety import patient_limit
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition, row_of
@@ -27,7 +28,6 @@ from opensuction.session.cycle import (
     vital_sign,
 )
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.plain import Json, without_nan
 from opensuction.simulation import trace
 from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.closed_loop import DT_S

@@ -4,8 +4,8 @@ import numpy as np
 
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.transition import Event
+from opensuction.result.plain import Json
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 

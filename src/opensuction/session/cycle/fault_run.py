@@ -9,11 +9,11 @@ from opensuction.procedure.cycle import refusal
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
+from opensuction.result.plain import Json
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Watch
 from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
-from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import RESTARTING

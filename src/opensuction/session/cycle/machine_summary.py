@@ -6,8 +6,8 @@ Keys and units are a contract (docs/reference/results.md).
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.result.plain import Json
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.plain import Json
 from opensuction.settings.calibration_section import Plays, write_section
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, lay
 

@@ -11,7 +11,7 @@ from opensuction.kernel.requests import OXYGEN_SKIPPED, OXYGENATED, Requests
 from opensuction.procedure.cycle import interlocks
 from opensuction.procedure.cycle.episode import PassRule
 from opensuction.procedure.cycle.preoxygenation import Preoxygenation
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 from opensuction.simulation import closed_loop, idle_time, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns

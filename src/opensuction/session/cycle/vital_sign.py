@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
+from opensuction.result.plain import Json
 from opensuction.safety.patient_limit import PatientLimits
-from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 

@@ -5,9 +5,9 @@ from typing import NamedTuple
 from opensuction.report import headline
 from opensuction.report.cycle import page
 from opensuction.report.figure import FigureVerdict
+from opensuction.result.plain import Json
 from opensuction.session.cycle import cycle_summary, machine_summary
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.plain import Json
 from opensuction.simulation.trace import Columns
 
 MOST_PAGES = 48

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import Requests
+from opensuction.result.plain import Json
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import fault_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared
-from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import LoopState
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection

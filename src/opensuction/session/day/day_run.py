@@ -18,6 +18,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
+from opensuction.result.plain import Json
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_run, preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
@@ -25,7 +26,6 @@ from opensuction.session.day import day_calibration, diary, simulated_caregiver
 from opensuction.session.day.day_fault import FaultyDay
 from opensuction.session.day.diary import DaySamples, Sample
 from opensuction.session.day.simulated_caregiver import Attended
-from opensuction.session.plain import Json
 from opensuction.simulation import idle_time
 from opensuction.simulation.closed_loop import LoopState
 from opensuction.simulation.injection.injection import InjectedRun

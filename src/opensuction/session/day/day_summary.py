@@ -16,13 +16,13 @@ from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.report.wording import capitalise
+from opensuction.result.plain import Json, without_nan
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_summary
 from opensuction.session.day import cycle_report, day_calibration
 from opensuction.session.day.cycle_report import CycleReport
 from opensuction.session.day.day_run import Day, DayCycle
-from opensuction.session.plain import Json, without_nan
 
 MINUTE_S = 60.0
 CONDITION = Condition.CALIBRATION_OUT_OF_RANGE

@@ -16,9 +16,9 @@ from opensuction.identification.judgement.driven import Driven
 from opensuction.identification.method import METHODS, MODELS
 from opensuction.identification.workbench import FittedModel
 from opensuction.kernel.errors import InputError
+from opensuction.result.plain import Json, without_nan
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import LoadedRecording
-from opensuction.session.plain import Json, without_nan
 from opensuction.settings import lines_section, model_structure
 from opensuction.settings.identification_file import (
     COMPENSATOR_OF_MODEL,

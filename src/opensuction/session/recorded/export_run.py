@@ -17,7 +17,7 @@ from opensuction.recording.cycle_file.row_layout import Table
 from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.table_export import FORMATS, Sheet
 from opensuction.recording.cycle_file.tick_table import STARTS
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 from opensuction.session.recorded import replay_run
 from opensuction.settings import wording
 

@@ -10,7 +10,7 @@ from opensuction.records.database import address
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.history import History
 from opensuction.records.recording_check import WRITTEN, BoundRecording, Fault, Kind
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 
 BOUND, UNBOUND, UNKNOWN = "bound", "unbound", "unknown"
 

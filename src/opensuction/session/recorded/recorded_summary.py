@@ -13,10 +13,10 @@ import numpy.typing as npt
 from opensuction.control.compensation import ON_PLAYS
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.phase import Phase
+from opensuction.result.plain import Json, without_nan
 from opensuction.safety.alarm import alarm_episode
 from opensuction.session.cycle import cycle_summary, dwell_summary, preoxygenation
 from opensuction.session.cycle.vital_sign import WINDOW_S
-from opensuction.session.plain import Json, without_nan
 from opensuction.session.recorded.recorded_cycle import RecordedCycle
 from opensuction.settings.wording import one_line
 from opensuction.simulation import alarm_record, outcome, trace

@@ -7,9 +7,9 @@ from opensuction.controller import configuration
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.recording.cycle_file.heading import Heading
 from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.result.plain import Json, without_nan
 from opensuction.runtime import replay as replays
 from opensuction.runtime.replay import Difference, Replay
-from opensuction.session.plain import Json, without_nan
 from opensuction.simulation.closed_loop import DT_S
 
 

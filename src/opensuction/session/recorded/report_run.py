@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from opensuction.controller.record import Settings
 from opensuction.report.cycle import page
-from opensuction.session.plain import Json
+from opensuction.result.plain import Json
 from opensuction.session.recorded import recorded_cycle, recorded_summary, replay_run
 from opensuction.session.recorded.recorded_cycle import RecordedCycle
 

@@ -6,9 +6,9 @@ from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
+from opensuction.result.plain import Json
 from opensuction.runtime import controller_request, paths
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.session.plain import Json
 from opensuction.settings.choice import choose
 
 ANSWERS_S = 1.0

@@ -14,10 +14,10 @@ from opensuction.records.database import utc_time
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle
 from opensuction.records.records import Records
+from opensuction.result.plain import Json
 from opensuction.runtime import launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import LOOKS_S, Supervisor, SupervisorNotice
-from opensuction.session.plain import Json
 from opensuction.session.running.cycle_scheduler import CycleScheduler, Doing
 from opensuction.session.running.machine import Running
 

@@ -1,0 +1,46 @@
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, NamedTuple
+
+from opensuction.result.plain import FLAT, IF_KNOWN, measured, to_json
+
+
+class Inner(NamedTuple):
+    depth_mm: float | None
+    note: Annotated[str | None, IF_KNOWN] = None
+
+
+class Outer(NamedTuple):
+    name: str
+    inner: Inner
+    shared: Annotated[Inner | None, FLAT] = None
+    rows: tuple[Inner, ...] = ()
+    table: Mapping[str, float] = MappingProxyType({})
+
+
+def test_fields_become_keys_and_records_objects_whatever_they_are_in() -> None:
+    outer = Outer("cycle", Inner(90.0, "near"), rows=(Inner(1.0), Inner(2.0)), table={"a": 1.0})
+    assert to_json(outer) == {
+        "name": "cycle",
+        "inner": {"depth_mm": 90.0, "note": "near"},
+        "rows": [{"depth_mm": 1.0}, {"depth_mm": 2.0}],
+        "table": {"a": 1.0},
+    }
+
+
+def test_a_flat_record_stands_in_the_object_around_it() -> None:
+    found = to_json(Outer("cycle", Inner(None), shared=Inner(3.0)))
+    assert found["depth_mm"] == 3.0
+    assert "shared" not in found
+    assert found["inner"] == {"depth_mm": None}
+
+
+def test_a_number_that_is_not_finite_was_not_measured() -> None:
+    outer = Outer("cycle", Inner(math.nan), rows=(Inner(math.inf),), table={"a": -math.inf})
+    known = measured(outer)
+    assert known.inner.depth_mm is None
+    assert known.rows == (Inner(None),)
+    assert known.table == {"a": None}
+    assert to_json(known) == to_json(outer)
+    assert isinstance(known, Outer)
