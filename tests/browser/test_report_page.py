@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from opensuction.report.cycle import page
+from opensuction.result.cycle_result import CycleResult
 from tests.browser.opened import INKED, Opened
 from tests.browser.opened import opened as open_page
 from tests.report import example
@@ -33,9 +34,9 @@ MARKED = """() => {
 """Pixels of the colour of an alarm in a plot that has no other use for it."""
 
 
-def _open(browser: "Browser", folder: Path, summary: dict[str, Any], **context: Any) -> Opened:
-    trace = example.breathing_trace() if summary["patient"] else example.trace()
-    return open_page(browser, folder, page.render(summary, trace), "loop", **context)
+def _open(browser: "Browser", folder: Path, result: CycleResult, **context: Any) -> Opened:
+    trace = example.breathing_trace() if result.patient else example.trace()
+    return open_page(browser, folder, page.render(result, trace), "loop", **context)
 
 
 @pytest.fixture
@@ -129,7 +130,7 @@ def test_moment_on_a_plot_of_the_patient_is_the_same_moment_of_the_machine(
     [example.aborted(), example.on_patient(outcome="aborted", alarms=[example.ALARM])],
 )
 def test_phone_shows_everything_without_sideways_scrolling(
-    chromium: "Browser", tmp_path: Path, scheme: str, summary: dict[str, Any]
+    chromium: "Browser", tmp_path: Path, scheme: str, summary: CycleResult
 ) -> None:
     opened = _open(
         chromium,
@@ -159,7 +160,7 @@ def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
 
 def test_an_alarm_is_marked_from_top_to_bottom(chromium: "Browser", tmp_path: Path) -> None:
     pixels = []
-    for summary in (example.aborted(), example.aborted() | {"alarms": []}):
+    for summary in (example.aborted(), example.aborted(alarms=[])):
         report = _open(chromium, tmp_path, summary)
         pixels.append(report.page.evaluate(MARKED))
         report.page.context.close()

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 from opensuction.report import figures, headline, narrative
 from opensuction.report.figure import FigureVerdict
 from opensuction.report.headline import Headline
+from opensuction.result.cycle_result import CycleResult
+from opensuction.result.plain import to_json
 
 GREEN = FigureVerdict.GOOD
 
@@ -79,13 +81,17 @@ class Read(NamedTuple):
         return " ".join([self.first.text, self.first.lead, self.first.look, *self.sentences])
 
 
-def contradictions(data: Mapping[str, Any]) -> list[str]:
-    """Sentences on what a report of this JSON denies; empty for a truthful one."""
+def contradictions(result: CycleResult) -> list[str]:
+    """Sentences on what a report of this result denies; empty for a truthful one.
+
+    The rules read the JSON, not the record that the report reads.
+    """
+    data = to_json(result)
     report = Read(
         data,
-        headline.headline(data),
-        narrative.sentences(data),
-        {figure.name: figure.verdict for figure in figures.figures(data)},
+        headline.headline(result),
+        narrative.sentences(result),
+        {figure.name: figure.verdict for figure in figures.figures(result)},
         _raised(data),
         list(data.get("harm") or []),
     )

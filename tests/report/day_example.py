@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from opensuction.report.sheet import Values
+from opensuction.result.day_result import DayCycleResult, DayResult, DaySamples
+from tests.report.record import record_of
 
 
-def cycle(number: int, **changes: Any) -> dict[str, Any]:
-    """One cycle of the key ``day``, with keys replaced."""
+def cycle(number: int, **changes: Any) -> DayCycleResult:
+    """One cycle of a day, with keys of its JSON replaced."""
     complete: dict[str, Any] = {
         "number": number,
         "start_min": 60.0 * (number - 1),
@@ -32,25 +33,20 @@ def cycle(number: int, **changes: Any) -> dict[str, Any]:
         "catheter_changed": False,
         "gap": None,
     }
-    return complete | changes
+    return record_of(DayCycleResult, complete | changes)
 
 
-def data(*cycles: dict[str, Any], **changes: Any) -> dict[str, Any]:
-    """JSON of a day with these cycles."""
-    day: dict[str, Any] = {
+def day(*cycles: DayCycleResult, **changes: Any) -> DayResult:
+    """A day with these cycles, with keys of its JSON replaced."""
+    complete: dict[str, Any] = {
         "repeat": len(cycles),
         "every_min": 60.0,
-        "cycles": list(cycles),
         "produced_ml": 6.5,
         "removed_ml": 8.1,
-        "refusal": None,
-        "notes": [],
     }
-    names = dict.fromkeys(("machine", "patient", "protocol", "approach", "version"), "x")
-    return {**names, "seed": 1, "day": day | changes}
+    return record_of(DayResult, complete | changes)._replace(cycles=cycles)
 
 
-def samples() -> dict[str, Values]:
+def samples() -> DaySamples:
     """Of the whole day."""
-    names = ("time_s", "secretion_ml", "spo2_percent", "lung_volume_loss_ml")
-    return {name: np.linspace(0.0, 1.0, 50) for name in names}
+    return DaySamples(*(np.linspace(0.0, 1.0, 50) for _ in range(4)))

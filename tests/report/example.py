@@ -1,14 +1,19 @@
 """A made-up cycle for the tests of the report: plausible numbers, no simulation."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.result.cycle_result import CycleResult
+from opensuction.result.plain import measured
+from tests.report.record import record_of
+
 Trace = dict[str, npt.NDArray[np.float64]]
 
 TRIP = {
-    "name": "vacuum_exceeded",
+    "name": "vacuum-exceeded",
     "sentence": "the line vacuum is above its limit",
     "time_s": 16.9,
 }
@@ -24,63 +29,97 @@ ALARM = {
 }
 
 
-def summary(**changes: Any) -> dict[str, Any]:
-    """Summary of a completed cycle of the paper's protocol, with top-level keys replaced."""
-    complete: dict[str, Any] = {
-        "outcome": "completed",
-        "machine": "bench",
-        "protocol": "paper",
-        "approach": "travel",
-        "compensation": "exact-inverse",
-        "patient": None,
-        "seed": 1,
-        "version": "0.1.0",
-        "phases": [
-            {"name": "checking", "start_s": 0.0, "end_s": 0.5},
-            {"name": "preloading", "start_s": 0.5, "end_s": 0.501},
-            {"name": "inserting", "start_s": 0.501, "end_s": 10.5},
-            {"name": "opening", "start_s": 10.5, "end_s": 12.5},
-            {"name": "suctioning", "start_s": 12.5, "end_s": 19.5},
-            {"name": "withdrawing", "start_s": 19.5, "end_s": 29.5},
-            {"name": "closing", "start_s": 29.5, "end_s": 31.5},
-        ],
-        "tip": {
-            "target_mm": 90.0,
-            "reached_mm": 90.5,
-            "stop_error_mm": 0.5,
-            "rmse_mm": 0.76,
-            "peak_error_mm": 2.0,
-            "deepest_mm": 90.7,
-            "end_mm": -0.2,
-            "inside_at_end": False,
-        },
-        "timing": {
-            "cycle_s": 31.5,
-            "in_airway_s": 29.0,
-            "negative_pressure_s": 20.4,
-            "negative_pressure_budget_s": 24.0,
-            "guideline_s": 15.0,
-        },
-        "vacuum": {"setpoint_mmhg": 120.0, "peak_mmhg": 124.0},
-        "carina_force_peak_n": 0.0,
-        "secretion": {"removed_ml": 2.53, "removed_percent": 84.3},
-        "spo2_nadir_percent": None,
-        "lung_volume_loss_ml": None,
-        "trips": [],
-        "alarms": [],
-        "warnings": ["negative pressure lasts 21 s: over the guideline's 15 s; bench only"],
-        "anatomy": {"carina_mm": 100.0, "cap_mm": 95.0, "tube_end_mm": 0.0},
-        "identification": {"model": "modified-dahl", "parameters": {"slope": 0.9677}},
-        "wall_s": 0.2,
-        "realtime_factor": 600.0,
-    }
-    return complete | changes
+SUMMARY: dict[str, Any] = {
+    "outcome": "completed",
+    "machine": "bench",
+    "protocol": "paper",
+    "approach": "travel",
+    "compensation": "exact-inverse",
+    "patient": None,
+    "seed": 1,
+    "spread": 1.0,
+    "version": "0.1.0",
+    "phases": [
+        {"name": "checking", "start_s": 0.0, "end_s": 0.5},
+        {"name": "preloading", "start_s": 0.5, "end_s": 0.501},
+        {"name": "inserting", "start_s": 0.501, "end_s": 10.5},
+        {"name": "opening", "start_s": 10.5, "end_s": 12.5},
+        {"name": "suctioning", "start_s": 12.5, "end_s": 19.5},
+        {"name": "withdrawing", "start_s": 19.5, "end_s": 29.5},
+        {"name": "closing", "start_s": 29.5, "end_s": 31.5},
+    ],
+    "tip": {
+        "target_mm": 90.0,
+        "reached_mm": 90.5,
+        "stop_error_mm": 0.5,
+        "rmse_mm": 0.76,
+        "peak_error_mm": 2.0,
+        "deepest_mm": 90.7,
+        "end_mm": -0.2,
+        "inside_at_end": False,
+    },
+    "timing": {
+        "cycle_s": 31.5,
+        "in_airway_s": 29.0,
+        "negative_pressure_s": 20.4,
+        "negative_pressure_budget_s": 24.0,
+        "guideline_s": 15.0,
+    },
+    "vacuum": {"setpoint_mmhg": 120.0, "peak_mmhg": 124.0},
+    "carina_force_peak_n": 0.0,
+    "secretion": {"removed_ml": 2.53, "removed_percent": 84.3},
+    "spo2_nadir_percent": None,
+    "lung_volume_loss_ml": None,
+    "trips": [],
+    "alarms": [],
+    "warnings": ["negative pressure lasts 21 s: over the guideline's 15 s; bench only"],
+    "anatomy": {"carina_mm": 100.0, "cap_mm": 95.0, "tube_end_mm": 0.0},
+    "identification": {"model": "modified-dahl", "slope": 0.9677},
+    "wall_s": 0.2,
+    "realtime_factor": 600.0,
+}
+"""A completed cycle of the paper's protocol, as JSON has it."""
+GOOD = SUMMARY | {
+    "timing": SUMMARY["timing"] | {"negative_pressure_s": 14.5, "negative_pressure_budget_s": 15.0},
+    "warnings": [],
+}
+"""A completed cycle with nothing to look at."""
+ABORTED = SUMMARY | {
+    "outcome": "aborted",
+    "phases": [
+        {"name": "inserting", "start_s": 0.5, "end_s": 10.5},
+        {"name": "suctioning", "start_s": 10.5, "end_s": 17.0},
+        {"name": "aborting", "start_s": 17.0, "end_s": 24.0},
+    ],
+    "trips": [TRIP],
+    "alarms": [ALARM],
+}
+"""A cycle that a safety limit ended at 17 s."""
 
 
-def good() -> dict[str, Any]:
-    """Summary of a completed cycle with nothing to look at."""
-    timing = summary()["timing"] | {"negative_pressure_s": 14.5, "negative_pressure_budget_s": 15.0}
-    return summary(timing=timing, warnings=[])
+def cycle(data: Mapping[str, Any]) -> CycleResult:
+    """A cycle by what its JSON object has; without ``told`` every alarm was shown."""
+    shown = [
+        {"what": alarm.get("condition"), "at_s": alarm.get("started_s"), "by": "controller"}
+        | {key: alarm.get(key) for key in ("priority", "sentence", "remedy")}
+        for alarm in data.get("alarms") or ()
+    ]
+    return measured(record_of(CycleResult, {"told": shown, **data}))
+
+
+def summary(**changes: Any) -> CycleResult:
+    """A completed cycle of the paper's protocol, with top-level keys replaced."""
+    return cycle(SUMMARY | changes)
+
+
+def good(**changes: Any) -> CycleResult:
+    """A completed cycle with nothing to look at, with top-level keys replaced."""
+    return cycle(GOOD | changes)
+
+
+def aborted(**changes: Any) -> CycleResult:
+    """A cycle that a safety limit ended at 17 s, with top-level keys replaced."""
+    return cycle(ABORTED | changes)
 
 
 VITALS = {
@@ -156,16 +195,6 @@ def told(what: str, by: str, at_s: float = 13.3, priority: str = "high") -> dict
     }
 
 
-def aborted() -> dict[str, Any]:
-    """Summary of a cycle that a safety limit ended at 17 s."""
-    phases = [
-        {"name": "inserting", "start_s": 0.5, "end_s": 10.5},
-        {"name": "suctioning", "start_s": 10.5, "end_s": 17.0},
-        {"name": "aborting", "start_s": 17.0, "end_s": 24.0},
-    ]
-    return summary(outcome="aborted", phases=phases, trips=[TRIP], alarms=[ALARM])
-
-
 def trace(rows: int = 31_501) -> Trace:
     """Trace of such a cycle at 1 kHz: a trapezoid, with the head ahead of the tip by the slack."""
     time_s = np.arange(rows) * 1e-3
@@ -210,38 +239,40 @@ CHECKS = [
 ]
 
 
-def on_patient(**changes: Any) -> dict[str, Any]:
-    """Summary of a cycle on a ventilated patient that stopped by contact."""
-    phases = [
-        *summary()["phases"][:3],
+ON_PATIENT: dict[str, Any] = SUMMARY | {
+    "machine": "clinical",
+    "protocol": "adult",
+    "approach": "contact",
+    "patient": "adult-icu",
+    "phases": [
+        *SUMMARY["phases"][:3],
         {"name": "backing_off", "start_s": 10.5, "end_s": 11.0},
         {"name": "opening", "start_s": 11.0, "end_s": 12.5},
-        *summary()["phases"][4:],
+        *SUMMARY["phases"][4:],
         {"name": "parked", "start_s": 31.5, "end_s": 121.5},
-    ]
-    tip = {"target_mm": 90.0, "reached_mm": 90.4, "stop_error_mm": 0.4, "deepest_mm": 100.7}
-    changed: dict[str, Any] = {
-        "machine": "clinical",
-        "protocol": "adult",
-        "approach": "contact",
-        "patient": "adult-icu",
-        "phases": phases,
-        "tip": summary()["tip"] | tip,
-        "carina_force_peak_n": 0.137,
-        "spo2_nadir_percent": 91.4,
-        "lung_volume_loss_ml": 412.0,
-        "airway_pressure_least_cmh2o": -2.3,
-        "checks": CHECKS,
-        "abort": None,
-        "warnings": [],
-        "anatomy": {
-            "carina_mm": 100.0,
-            "cap_mm": 113.0,
-            "tube_end_mm": 0.0,
-            "patient_boundary_mm": -80.0,
-        },
-    }
-    return summary(**(changed | changes))
+    ],
+    "tip": SUMMARY["tip"]
+    | {"target_mm": 90.0, "reached_mm": 90.4, "stop_error_mm": 0.4, "deepest_mm": 100.7},
+    "carina_force_peak_n": 0.137,
+    "spo2_nadir_percent": 91.4,
+    "lung_volume_loss_ml": 412.0,
+    "airway_pressure_least_cmh2o": -2.3,
+    "checks": CHECKS,
+    "abort": None,
+    "warnings": [],
+    "anatomy": {
+        "carina_mm": 100.0,
+        "cap_mm": 113.0,
+        "tube_end_mm": 0.0,
+        "patient_boundary_mm": -80.0,
+    },
+}
+"""A cycle on a ventilated patient that stopped by contact."""
+
+
+def on_patient(**changes: Any) -> CycleResult:
+    """A cycle on a ventilated patient that stopped by contact, with top-level keys replaced."""
+    return cycle(ON_PATIENT | changes)
 
 
 def breathing_trace(rows: int = 121_500) -> Trace:

@@ -9,6 +9,7 @@ from opensuction.report import harm as report_harm
 from opensuction.report import narrative
 from opensuction.report.contradicting_alarms import WITNESSES
 from opensuction.report.notice import CONSEQUENCES, PATIENT_FIRST, WORDS_INSIDE
+from opensuction.result.cycle_result import CycleResult
 from opensuction.safety.condition import Condition
 from tests.report import example
 from tests.report.contradiction import DENIED_BY_HARM, contradictions
@@ -26,10 +27,10 @@ def _row(condition: Condition) -> dict[str, Any]:
     return {"priority": priority, "sentence": row.sentence, "remedy": row.remedy}
 
 
-def _well(**changes: Any) -> dict[str, Any]:
+def _well(**changes: Any) -> CycleResult:
     """A patient's cycle in which every figure is green."""
-    timing = example.good()["timing"] | {"in_airway_budget_s": 30.0}
-    tip = example.on_patient()["tip"] | {"deepest_mm": 90.7}
+    timing = example.GOOD["timing"] | {"in_airway_budget_s": 30.0}
+    tip = example.ON_PATIENT["tip"] | {"deepest_mm": 90.7}
     well = {"vitals": example.VITALS, "timing": timing, "tip": tip, "carina_force_peak_n": 0.0}
     vacuum = {"setpoint_mmhg": 120.0, "peak_mmhg": 124.0, "tip_peak_mmhg": 119.0}
     well["vacuum"] = vacuum | {"guideline_mmhg": 150.0}
@@ -47,7 +48,7 @@ def test_no_alarm_of_the_controller_is_denied(condition: Condition, outcome: str
 @pytest.mark.parametrize("condition", RAISED, ids=_name)
 def test_nothing_that_people_were_told_is_denied(condition: Condition, inside: bool) -> None:
     entry = {"what": _name(condition), "at_s": 13.3, "by": "drives"} | _row(condition)
-    tip = example.on_patient()["tip"] | {"inside_at_end": inside, "end_mm": 48.6}
+    tip = example.ON_PATIENT["tip"] | {"inside_at_end": inside, "end_mm": 48.6}
     assert contradictions(_well(outcome="aborted", told=[entry], tip=tip)) == []
 
 

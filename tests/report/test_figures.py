@@ -1,13 +1,12 @@
-from typing import Any
-
 import pytest
 
 from opensuction.report.figure import Figure, FigureVerdict
 from opensuction.report.figures import figures
+from opensuction.result.cycle_result import CycleResult
 from tests.report import example
 
 
-def _figure(summary: dict[str, Any], name: str) -> Figure:
+def _figure(summary: CycleResult, name: str) -> Figure:
     return next(figure for figure in figures(summary) if figure.name == name)
 
 
@@ -23,7 +22,7 @@ def _figure(summary: dict[str, Any], name: str) -> Figure:
 def test_suction_time_is_held_against_guideline_and_protocol(
     lasted_s: float, verdict: FigureVerdict
 ) -> None:
-    timing = example.summary()["timing"] | {"negative_pressure_s": lasted_s}
+    timing = example.SUMMARY["timing"] | {"negative_pressure_s": lasted_s}
     figure = _figure(example.summary(timing=timing), "Time under negative pressure")
     assert figure.verdict is verdict
     assert figure.limit == "limit 24.0 s, guideline 15.0 s"
@@ -36,12 +35,12 @@ def test_suction_time_is_held_against_guideline_and_protocol(
 def test_deepest_tip_is_held_against_the_cap(
     deepest_mm: float | None, verdict: FigureVerdict
 ) -> None:
-    tip = example.summary()["tip"] | {"deepest_mm": deepest_mm}
+    tip = example.SUMMARY["tip"] | {"deepest_mm": deepest_mm}
     assert _figure(example.summary(tip=tip), "Deepest tip position").verdict is verdict
 
 
 def test_a_verdict_that_needs_a_look_is_also_in_words() -> None:
-    tip = example.summary()["tip"] | {"stop_error_mm": -20.0, "deepest_mm": 99.0}
+    tip = example.SUMMARY["tip"] | {"stop_error_mm": -20.0, "deepest_mm": 99.0}
     for figure in figures(example.summary(tip=tip)):
         if figure.verdict in (FigureVerdict.GOOD, FigureVerdict.NOTICE, FigureVerdict.BAD):
             assert figure.remark
@@ -54,7 +53,7 @@ def test_what_was_not_simulated_is_no_number() -> None:
 
 
 def test_summary_without_anything_has_only_absent_figures() -> None:
-    assert {figure.verdict for figure in figures({})} == {FigureVerdict.ABSENT}
+    assert {figure.verdict for figure in figures(example.cycle({}))} == {FigureVerdict.ABSENT}
 
 
 @pytest.mark.parametrize(
@@ -81,7 +80,7 @@ def test_touching_the_carina_needs_a_look_only_where_it_was_not_wanted() -> None
     [(0.4, FigureVerdict.GOOD), (10.5, FigureVerdict.BAD), (-10.5, FigureVerdict.NOTICE)],
 )
 def test_suction_on_the_carina_is_no_good_stop(error_mm: float, verdict: FigureVerdict) -> None:
-    tip = example.on_patient()["tip"] | {"stop_error_mm": error_mm}
+    tip = example.ON_PATIENT["tip"] | {"stop_error_mm": error_mm}
     figure = _figure(example.on_patient(tip=tip), "Stopping error")
     assert figure.verdict is verdict
     assert "margin to the carina 10.0 mm" in figure.limit
@@ -143,7 +142,7 @@ def test_a_clearance_under_half_is_amber(percent: float, verdict: str) -> None:
 
 
 def test_a_tip_in_a_bronchus_is_never_within_its_cap() -> None:
-    tip = example.on_patient()["tip"] | {"deepest_mm": 109.8}  # carina 100, search to 113
+    tip = example.ON_PATIENT["tip"] | {"deepest_mm": 109.8}  # carina 100, search to 113
     figure = _figure(example.on_patient(tip=tip), "Deepest tip position")
     assert figure.verdict is FigureVerdict.BAD
     assert figure.remark == "9.8 mm past the carina"
@@ -151,6 +150,6 @@ def test_a_tip_in_a_bronchus_is_never_within_its_cap() -> None:
 
 def test_an_alarm_takes_the_green_from_a_figure_that_is_within_its_limit() -> None:
     alarm = example.ALARM | {"condition": "negative-pressure-time"}
-    figure = _figure(example.good() | {"alarms": [alarm]}, "Time under negative pressure")
+    figure = _figure(example.good(alarms=[alarm]), "Time under negative pressure")
     assert figure.verdict is FigureVerdict.NOTICE
     assert figure.remark == f"alarm: {alarm['sentence']}"

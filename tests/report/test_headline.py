@@ -19,7 +19,7 @@ DISCONNECTED = example.ALARM | {
     "started_s": 18.0,
 }
 STOPPED = MEDIUM | {"condition": "automation-stopped", "sentence": "automatic suction has stopped"}
-INSIDE = example.summary()["tip"] | {"end_mm": 48.63, "inside_at_end": True}
+INSIDE = example.SUMMARY["tip"] | {"end_mm": 48.63, "inside_at_end": True}
 BROKEN = {"name": "saturation", "worst": 43.21, "limit": 83.0, "unit": "%"}
 
 
@@ -29,14 +29,15 @@ BROKEN = {"name": "saturation", "worst": 43.21, "limit": 83.0, "unit": "%"}
 )
 def test_a_catheter_left_inside_comes_before_all_else(end_mm: float, where: str) -> None:
     tip = INSIDE | {"end_mm": end_mm}
-    for summary in (example.aborted(), example.summary(harm=["saturation"], alarms=[MEDIUM])):
-        found = headline.headline(summary | {"tip": tip})
+    harmed = example.summary(harm=["saturation"], alarms=[MEDIUM], tip=tip)
+    for result in (example.aborted(tip=tip), harmed):
+        found = headline.headline(result)
         assert found.text == f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
         assert found.verdict is FigureVerdict.BAD
 
 
 def test_of_a_catheter_left_inside_in_silence_it_is_said_that_nobody_was_told() -> None:
-    found = headline.headline(example.good() | {"tip": INSIDE})
+    found = headline.headline(example.good(tip=INSIDE))
     assert found.lead == "Nobody was told: no alarm was raised. Completed."
 
 
@@ -63,19 +64,19 @@ def test_a_disconnection_stands_beside_the_bound_that_it_broke() -> None:
 def test_the_most_urgent_alarm_leads_and_not_the_first() -> None:
     early = example.ALARM | {"started_s": 1.0, "sentence": "the drive is too strong"}
     alarms = [MEDIUM | {"started_s": 0.5}, early, STOPPED, DISCONNECTED]
-    found = headline.headline(example.aborted() | {"alarms": alarms})
+    found = headline.headline(example.aborted(alarms=alarms))
     assert found.text == "High alarm: the breathing circuit is disconnected"
     assert found.lead.startswith("Reconnect the circuit. Aborted at 17.0 s.")
 
 
 def test_a_consequence_never_leads_before_its_cause() -> None:
-    found = headline.headline(example.aborted() | {"alarms": [STOPPED, MEDIUM]})
+    found = headline.headline(example.aborted(alarms=[STOPPED, MEDIUM]))
     assert found.text == "Medium alarm: the canister is full"
 
 
 def test_an_alarm_of_the_power_supply_is_an_alarm() -> None:
     told = [example.told("reserve-energy-used", "power")]
-    found = headline.headline(example.aborted() | {"trips": [], "alarms": [], "told": told})
+    found = headline.headline(example.aborted(trips=[], alarms=[], told=told))
     assert found.text == "High alarm: reserve energy used"
 
 
@@ -98,7 +99,7 @@ def test_an_alarm_of_the_power_supply_is_an_alarm() -> None:
 def test_a_completed_cycle_with_alarms(
     alarm: dict[str, Any], text: str, verdict: FigureVerdict
 ) -> None:
-    found = headline.headline(example.good() | {"alarms": [alarm]})
+    found = headline.headline(example.good(alarms=[alarm]))
     assert (found.text, found.verdict) == (text, verdict)
     assert "Completed with alarms" in f"{found.text} {found.lead}"
 
@@ -111,8 +112,8 @@ def test_a_completed_cycle_with_nothing_to_look_at_is_green() -> None:
 
 def test_a_fall_of_saturation_that_is_no_broken_bound_is_still_a_figure_to_look_at() -> None:
     vitals = example.vitals("spo2_percent", lowest=86.4, at_end=86.7, is_back=False)
-    timing = example.good()["timing"]
-    tip = example.on_patient()["tip"]
+    timing = example.GOOD["timing"]
+    tip = example.ON_PATIENT["tip"]
     found = headline.headline(example.on_patient(vitals=vitals, timing=timing, tip=tip))
     assert found.verdict is FigureVerdict.NOTICE
     assert found.text == "Completed, look at lowest oxygen saturation (86.4 %)"
@@ -121,15 +122,15 @@ def test_a_fall_of_saturation_that_is_no_broken_bound_is_still_a_figure_to_look_
 
 def test_a_fault_that_nothing_noticed_is_not_passed_over() -> None:
     fault = {"name": "tip-detached", "at_s": 15.0, "noticed": None}
-    found = headline.headline(example.good() | {"faults": [fault]})
+    found = headline.headline(example.good(faults=[fault]))
     assert found.text == "Completed, and nothing noticed the fault tip-detached"
     assert found.verdict is FigureVerdict.NOTICE
     told = [example.told("tip-detached", "drives", at_s=16.0)]
-    noticed = example.good() | {"faults": [fault], "told": told}
+    noticed = example.good(faults=[fault], told=told)
     assert "Nothing noticed it" not in " ".join(narrative.sentences(noticed))
 
 
 def test_a_person_who_stops_a_cycle_is_told_that_it_was_a_person() -> None:
-    found = headline.headline(example.aborted() | {"trips": [], "alarms": []})
+    found = headline.headline(example.aborted(trips=[], alarms=[]))
     assert found.text == "Aborted at 17.0 s"
     assert found.lead.startswith("A person asked for it, no safety limit tripped.")

@@ -37,7 +37,7 @@ def test_spike_of_one_tick_survives() -> None:
 def test_first_row_of_every_phase_is_kept() -> None:
     summary = example.summary()
     payload = series.machine(summary, example.trace())
-    assert {phase["start_s"] for phase in summary["phases"]} <= set(payload["time"])
+    assert {phase.start_s for phase in summary.phases} <= set(payload["time"])
 
 
 def test_every_series_has_one_value_for_each_time() -> None:

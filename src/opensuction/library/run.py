@@ -1,6 +1,5 @@
 """A cycle on the digital twin as a script runs it: the command's options in, columns out."""
 
-import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +10,8 @@ from pathlib import Path
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.report.cycle import page
-from opensuction.report.summary import is_good
-from opensuction.result.plain import Json
+from opensuction.result.cycle_result import CycleResult
+from opensuction.result.plain import Json, to_json
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import (
     cycle_run,
@@ -47,24 +46,29 @@ class Trace(dict[str, Array]):
 class Run:
     """One cycle that was played; `cycle` makes one."""
 
-    summary: Json
-    """The object of ``opensuction cycle --json``: ``run.summary["outcome"]``."""
+    result: CycleResult
+    """What came of it: ``run.result.tip.deepest_mm``."""
     trace: Trace
     """Columns by name, a number for each millisecond: ``run.trace["time_s"]``."""
     prepared: Prepared
     """Machine, patient and protocol that were drawn and planned, as the rooms below have them."""
 
     @property
+    def summary(self) -> Json:
+        """The object of ``opensuction cycle --json``: ``run.summary["outcome"]``."""
+        return to_json(self.result)
+
+    @property
     def is_good(self) -> bool:
         """Whether the cycle was completed and broke no bound for the patient."""
-        return is_good(self.summary)
+        return self.result.is_good
 
     def report(self, path: Name) -> None:
         """Write the report of the cycle, a single HTML page; a file that is there is replaced.
 
         Raises OSError where it cannot be written.
         """
-        html = page.render(self.summary, self.trace, machine_summary.sections(self.prepared))
+        html = page.render(self.result, self.trace, machine_summary.sections(self.prepared))
         Path(path).write_text(html, encoding="utf-8", errors="backslashreplace")
 
     def save_trace(self, path: Name, force: bool = False) -> None:
@@ -79,10 +83,9 @@ class Run:
             trace_file.fill(aside, self.trace)
 
     def __repr__(self) -> str:
-        data = self.summary
-        who = data["patient"] or data["machine"]
-        seconds = data["timing"]["cycle_s"]
-        return f"Run({who}, {data['outcome']}, {seconds:.1f} s, seed {data['seed']})"
+        found = self.result
+        who, seconds = found.patient or found.machine, found.timing.cycle_s
+        return f"Run({who}, {found.outcome}, {seconds:.1f} s, seed {found.seed})"
 
 
 def _text(name: Name | None) -> str | None:
@@ -128,8 +131,6 @@ def cycle(  # noqa: PLR0913 - what the command takes, each by its name
     )
     prepared = cycle_run.oxygenate(cycle_run.prepare(resolution.resolve(choice)))
     found = fault_run.play(prepared, lambda _: None)
-    data = cycle_summary.summary(
-        prepared, found.columns, clock.perf_counter() - began_s, realtime_factor=math.nan
-    )
-    data |= {"faults": fault_run.plain(found), "recording": None, "trace": None}
-    return Run(data, Trace(found.columns), prepared)
+    result = cycle_summary.summary(prepared, found.columns, fault_run.on_record(found))
+    result = cycle_summary.filed(result, clock.perf_counter() - began_s, None, None)
+    return Run(result, Trace(found.columns), prepared)

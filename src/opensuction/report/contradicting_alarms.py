@@ -6,9 +6,9 @@ differ, both are shown, and never a figure in green beside an alarm that says th
 
 from typing import NamedTuple
 
-from opensuction.report.figure import Figure, FigureVerdict
+from opensuction.report.figure import CycleFigure, Figure, FigureVerdict
 from opensuction.report.notice import Notice, notices
-from opensuction.report.summary import Summary, harms
+from opensuction.result.cycle_result import CycleResult
 
 
 class AlarmContradiction(NamedTuple):
@@ -20,21 +20,8 @@ class AlarmContradiction(NamedTuple):
     """Names of conditions, as in the JSON, the one that is most about the figure first."""
 
 
-AT_END = "Catheter at the end"
-DEEPEST = "Deepest tip position"
-SUCTION = "Time under negative pressure"
-IN_AIRWAY = "Time in the airway"
-VACUUM = "Highest vacuum"
-SATURATION = "Lowest oxygen saturation"
-HEART_RATE = "Lowest heart rate"
-LUNG_VOLUME = "Lung volume lost"
-PRESSURE = "Airway pressure"
-REMOVED = "Secretions removed"
-FORCE = "Force on the carina"
-STOP = "Stopping error"
-
-WITNESSES = {
-    AT_END: AlarmContradiction(
+WITNESSES: dict[str, AlarmContradiction] = {
+    CycleFigure.AT_END: AlarmContradiction(
         ("left-inside",),
         (
             "withdrawal-time",
@@ -44,23 +31,27 @@ WITNESSES = {
             "tip-detached",
         ),
     ),
-    DEEPEST: AlarmContradiction(("tip-past-cap",), ("tip-beyond-cap", "carina-missed")),
-    SUCTION: AlarmContradiction(("suction-time",), ("negative-pressure-time", "valve-stuck-open")),
-    IN_AIRWAY: AlarmContradiction(
+    CycleFigure.DEEPEST: AlarmContradiction(("tip-past-cap",), ("tip-beyond-cap", "carina-missed")),
+    CycleFigure.SUCTION: AlarmContradiction(
+        ("suction-time",), ("negative-pressure-time", "valve-stuck-open")
+    ),
+    CycleFigure.IN_AIRWAY: AlarmContradiction(
         ("airway-time", "left-inside"), ("in-airway-time", "withdrawal-time")
     ),
-    VACUUM: AlarmContradiction(
+    CycleFigure.VACUUM: AlarmContradiction(
         ("vacuum", "advance-under-vacuum"),
         ("vacuum-exceeded", "pump-runaway", "vacuum-lost", "vacuum-reading-invalid"),
     ),
-    SATURATION: AlarmContradiction(("saturation",), ("spo2-low",)),
-    HEART_RATE: AlarmContradiction((), ("heart-rate-low",)),
-    LUNG_VOLUME: AlarmContradiction(("lung-volume",), ("lung-volume-lost", "circuit-disconnected")),
-    PRESSURE: AlarmContradiction(
+    CycleFigure.SATURATION: AlarmContradiction(("saturation",), ("spo2-low",)),
+    CycleFigure.HEART_RATE: AlarmContradiction((), ("heart-rate-low",)),
+    CycleFigure.LUNG_VOLUME: AlarmContradiction(
+        ("lung-volume",), ("lung-volume-lost", "circuit-disconnected")
+    ),
+    CycleFigure.PRESSURE: AlarmContradiction(
         ("airway-pressure",),
         ("airway-pressure-unsafe", "circuit-disconnected", "lung-volume-lost"),
     ),
-    REMOVED: AlarmContradiction(
+    CycleFigure.REMOVED: AlarmContradiction(
         (),
         (
             "vacuum-lost",
@@ -71,35 +62,37 @@ WITNESSES = {
             "pass-limit-reached",
         ),
     ),
-    FORCE: AlarmContradiction(
+    CycleFigure.FORCE: AlarmContradiction(
         ("force", "contact-time"),
         ("contact-time", "contact-stuck-open", "contact-stuck-closed"),
     ),
-    STOP: AlarmContradiction((), ("carina-missed", "tip-beyond-cap", "calibration-out-of-range")),
+    CycleFigure.STOP: AlarmContradiction(
+        (), ("carina-missed", "tip-beyond-cap", "calibration-out-of-range")
+    ),
 }
-"""By the name of the figure. Conditions that are here nowhere speak of the machine, not of
+"""By the figure. Conditions that are here nowhere speak of the machine, not of
 anything that a figure measures."""
 
 
-def speaking(summary: Summary, name: str) -> list[Notice]:
+def speaking(result: CycleResult, name: str) -> list[Notice]:
     """Alarms that speak against a figure, the one that is most about it first."""
     own = WITNESSES[name].conditions
-    found = [notice for notice in notices(summary) if notice.condition in own]
+    found = [notice for notice in notices(result) if notice.condition in own]
     return sorted(found, key=lambda notice: own.index(notice.condition))
 
 
-def hear(summary: Summary, figure: Figure) -> Figure:
+def hear(result: CycleResult, figure: Figure) -> Figure:
     """The figure as it may stand beside what was raised: never better than its witnesses allow."""
     witness = WITNESSES.get(figure.name)
     if witness is None or figure.verdict is FigureVerdict.ABSENT:
         return figure
-    if any(harm in witness.harms for harm in harms(summary)):
+    if any(harm in witness.harms for harm in result.harms):
         if figure.verdict is FigureVerdict.BAD:
             return figure
         return figure._replace(
             verdict=FigureVerdict.BAD, remark="the bound for the patient was broken"
         )
-    against = speaking(summary, figure.name)
+    against = speaking(result, figure.name)
     if not against or figure.verdict is FigureVerdict.BAD:
         return figure
     is_high = any(notice.priority == "high" for notice in against)

@@ -1,8 +1,8 @@
 """Ending of a cycle in plain sentences: its kind, its cause, the first sign of a fault."""
 
 from opensuction.report.notice import CONTROLLER, Notice, notices, span
-from opensuction.report.summary import Summary, is_completed, number, rows, text
 from opensuction.report.wording import quantity, stopped
+from opensuction.result.cycle_result import CycleResult, FaultNotice, FaultRecord, TripRecord
 
 UNNOTICED = "Nothing noticed it."
 ON_REQUEST = "a person asked for it, no safety limit tripped"
@@ -14,12 +14,9 @@ ACTED = ("watchdog-fired", "reserve-energy-used")
 """Conditions in which drives or power supply act on their own: what trips later follows from it."""
 
 
-def event(entry: Summary) -> str:
+def event(trip: TripRecord) -> str:
     """A trip in one line: when, and what."""
-    time_s = number(entry, "time_s")
-    said = text(entry, "sentence") or text(entry, "name") or "?"
-    when = "" if time_s is None else f"{quantity(time_s, 's')}: "
-    return f"{when}{said}"
+    return f"{quantity(trip.time_s, 's')}: {trip.sentence}"
 
 
 def alarm(notice: Notice) -> str:
@@ -37,102 +34,92 @@ def raiser(notice: Notice) -> str:
     return {"power": "power supply", "drives": "drives"}.get(notice.by, notice.by)
 
 
-def aborted_at_s(summary: Summary) -> float | None:
+def aborted_at_s(result: CycleResult) -> float | None:
     """When the abort began; None where the cycle did not abort or the time is not known."""
-    for phase in rows(summary, "phases"):
-        if phase.get("name") == "aborting":
-            return number(phase, "start_s")
-    return number(summary, "abort", "time_s")
+    for phase in result.phases:
+        if phase.name == "aborting":
+            return phase.start_s
+    return None if result.abort is None else result.abort.time_s
 
 
-def ended(summary: Summary) -> str:
+def ended(result: CycleResult) -> str:
     """How the cycle ended, in a word or two."""
-    if is_completed(summary):
+    if result.is_completed:
         return "Completed"
-    name = (text(summary, "outcome") or "unknown outcome").capitalize()
-    start = aborted_at_s(summary)
+    name = result.outcome.capitalize()
+    start = aborted_at_s(result)
     return name if start is None else f"{name} at {quantity(start, 's')}"
 
 
-def reason(summary: Summary) -> str:
+def reason(result: CycleResult) -> str:
     """Why the cycle ended before its time: what came first, not what followed from it."""
-    start_s = aborted_at_s(summary)
+    start_s = aborted_at_s(result)
     said = [
-        _acted_first(summary, start_s),
-        _event(summary),
-        _trip(summary, start_s),
-        text(summary, "abort", "sentence"),
+        _acted_first(result, start_s),
+        _event(result),
+        _trip(result, start_s),
+        None if result.abort is None else result.abort.sentence,
         # Neither a refused start nor a controller that stopped is a trip or an abort.
-        *(text(entry, "noticed", "sentence") for entry in rows(summary, "faults")),
+        *(fault.noticed.sentence for fault in result.faults if fault.noticed is not None),
     ]
     return next((sentence for sentence in said if sentence is not None), ON_REQUEST)
 
 
-def _acted_first(summary: Summary, start_s: float | None) -> str | None:
+def _acted_first(result: CycleResult, start_s: float | None) -> str | None:
     """What made drives or power supply act before the controller broke the cycle off."""
-    for notice in sorted(notices(summary), key=lambda notice: notice.started_s or 0.0):
+    for notice in sorted(notices(result), key=lambda notice: notice.started_s or 0.0):
         is_first = start_s is None or (notice.started_s or 0.0) <= start_s
         if notice.condition in ACTED and is_first:
             return notice.sentence
-    for entry in rows(summary, "faults"):
-        time_s = number(entry, "noticed", "time_s")
-        is_first = start_s is None or (time_s is not None and time_s < start_s)
-        if text(entry, "noticed", "by") == "drive" and is_first:
-            return text(entry, "noticed", "sentence")
+    for sign in (fault.noticed for fault in result.faults):
+        if sign is None or sign.by != "drive":
+            continue
+        if start_s is None or sign.time_s < start_s:
+            return sign.sentence
     return None
 
 
-def _event(summary: Summary) -> str | None:
+def _event(result: CycleResult) -> str | None:
     """Why the procedure broke off by itself; None where a trip made it."""
-    event_name = text(summary, "abort", "event")
-    return None if event_name in (None, "tripped") else text(summary, "abort", "sentence")
+    cause = result.abort
+    return None if cause is None or cause.event == "tripped" else cause.sentence
 
 
-def _trip(summary: Summary, start_s: float | None) -> str | None:
+def _trip(result: CycleResult, start_s: float | None) -> str | None:
     """The trip that led to the abort: of those just before it the most urgent, else the first."""
-    listed = rows(summary, "trips")
-    near = [
-        trip
-        for trip in listed
-        if start_s is not None and abs((number(trip, "time_s") or 0.0) - start_s) <= TICK_S
-    ]
-    order = [notice.condition for notice in notices(summary)]
+    listed = result.trips
+    near = [trip for trip in listed if start_s is not None and abs(trip.time_s - start_s) <= TICK_S]
+    order = [notice.condition for notice in notices(result)]
 
-    def place(trip: Summary) -> int:
-        name = (text(trip, "name") or "").replace("_", "-")
-        return order.index(name) if name in order else len(order)
+    def place(trip: TripRecord) -> int:
+        return order.index(trip.name) if trip.name in order else len(order)
 
-    for trip in [*sorted(near, key=place), *listed]:
-        return text(trip, "sentence") or text(trip, "name")
-    return None
+    return next((trip.sentence for trip in [*sorted(near, key=place), *listed]), None)
 
 
-def injected_fault(summary: Summary, entry: Summary) -> str:
+def injected_fault(result: CycleResult, fault: FaultRecord) -> str:
     """A fault that was injected, and what noticed it first, whoever that was."""
-    at_s, name = number(entry, "at_s"), text(entry, "name") or "?"
+    at_s = fault.at_s
     if at_s is None:
-        return f"The fault {name} was to be injected, but its instant never came."
-    strength, unit = number(entry, "strength"), text(entry, "strength_unit")
-    said = f"Injected fault: {name}"
-    if strength is not None:
-        said += f" ({strength:g}{'' if unit in (None, '1') else f' {unit}'})"
-    said += f" at {quantity(at_s, 's')}"
-    meaning = text(entry, "meaning")
-    if meaning is not None:
-        said += f", {meaning}"
-    return f"{stopped(said)} {_first_sign(summary, entry, at_s)}"
+        return f"The fault {fault.name} was to be injected, but its instant never came."
+    said = f"Injected fault: {fault.name}"
+    if fault.strength is not None:
+        unit = "" if fault.strength_unit in (None, "1") else f" {fault.strength_unit}"
+        said += f" ({fault.strength:g}{unit})"
+    said += f" at {quantity(at_s, 's')}, {fault.meaning}"
+    return f"{stopped(said)} {_first_sign(result, fault.noticed, at_s)}"
 
 
-def _first_sign(summary: Summary, entry: Summary, at_s: float) -> str:
+def _first_sign(result: CycleResult, sign: FaultNotice | None, at_s: float) -> str:
     """What noticed a fault first: a detector, or where none did the first alarm after it."""
-    sentence, after_s = text(entry, "noticed", "sentence"), number(entry, "noticed", "after_s")
     later = [
         (notice.started_s - at_s, notice)
-        for notice in notices(summary)
+        for notice in notices(result)
         if notice.started_s is not None and notice.started_s >= at_s - TICK_S
     ]
     later.sort(key=lambda pair: pair[0])
-    if sentence is not None and after_s is not None:
+    if sign is not None:
+        sentence, after_s = sign.sentence, sign.after_s
         # Drives and power supply speak for themselves; the detector only saw them act.
         for delay_s, notice in later:
             if notice.by != CONTROLLER and delay_s <= after_s + TOGETHER_S:
@@ -147,10 +134,8 @@ def _first_sign(summary: Summary, entry: Summary, at_s: float) -> str:
     return UNNOTICED
 
 
-def unnoticed(summary: Summary) -> list[str]:
+def unnoticed(result: CycleResult) -> list[str]:
     """Names of injected faults that nothing noticed."""
     return [
-        text(entry, "name") or "?"
-        for entry in rows(summary, "faults")
-        if injected_fault(summary, entry).endswith(UNNOTICED)
+        fault.name for fault in result.faults if injected_fault(result, fault).endswith(UNNOTICED)
     ]

@@ -1,6 +1,6 @@
 """A key figure of a cycle, beside its limit and with a verdict in words: the record."""
 
-from enum import Enum
+from enum import Enum, StrEnum
 from typing import NamedTuple
 
 from opensuction.report.wording import quantity
@@ -20,6 +20,25 @@ class FigureVerdict(Enum):
 
 ATTENTION = (FigureVerdict.NOTICE, FigureVerdict.BAD)
 """Verdicts that a person should look at."""
+
+
+class CycleFigure(StrEnum):
+    """Key figures of a cycle, each with its title."""
+
+    AT_END = "Catheter at the end"
+    SATURATION = "Lowest oxygen saturation"
+    HEART_RATE = "Lowest heart rate"
+    PRESSURE = "Airway pressure"
+    LUNG_VOLUME = "Lung volume lost"
+    REMOVED = "Secretions removed"
+    IN_AIRWAY = "Time in the airway"
+    SUCTION = "Time under negative pressure"
+    VACUUM = "Highest vacuum"
+    DEEPEST = "Deepest tip position"
+    FORCE = "Force on the carina"
+    STOP = "Stopping error"
+    TRACKING = "Tracking error (RMS)"
+    RESTED = "Until the machine rested"
 
 
 class Figure(NamedTuple):

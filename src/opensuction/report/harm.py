@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from opensuction.report.summary import Summary, harms, number, rows, text
 from opensuction.report.wording import amount
+from opensuction.result.cycle_result import CycleResult
 
 
 class HarmWords(NamedTuple):
@@ -43,19 +43,18 @@ HARMS = {
 """By the oracle's name, the most urgent for a person first."""
 
 
-def broken(summary: Summary) -> list[tuple[str, HarmWords]]:
+def broken(result: CycleResult) -> list[tuple[str, HarmWords]]:
     """The bounds that were broken, by name, the most urgent first; unknown ones come last."""
-    names = harms(summary)
+    names = result.harms
     known = [(name, words) for name, words in HARMS.items() if name in names]
     unknown = [name for name in names if name not in HARMS]
     return known + [(name, HarmWords(f"the bound '{name}' was broken", LOOK)) for name in unknown]
 
 
-def sentence(summary: Summary, name: str, words: HarmWords) -> str:
+def sentence(result: CycleResult, name: str, words: HarmWords) -> str:
     """A broken bound with what was measured and the bound itself, where they are known."""
-    for entry in rows(summary, "broken_bounds"):
-        worst, limit = number(entry, "worst"), number(entry, "limit")
-        if text(entry, "name") == name and worst is not None and limit is not None:
-            unit = text(entry, "unit") or ""
-            return f"{words.sentence} ({amount(worst, unit, 3)}, bound {amount(limit, unit, 3)})"
+    for bound in result.simulated.broken_bounds if result.simulated else ():
+        if bound.name == name and bound.worst is not None and bound.limit is not None:
+            worst, limit = (amount(one, bound.unit, 3) for one in (bound.worst, bound.limit))
+            return f"{words.sentence} ({worst}, bound {limit})"
     return words.sentence

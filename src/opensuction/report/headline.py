@@ -6,11 +6,11 @@ alarm; completed with alarms; completed.
 
 from typing import NamedTuple
 
-from opensuction.report import contradicting_alarms, ending, figures, harm
-from opensuction.report.figure import FigureVerdict, attention, needs_look
+from opensuction.report import ending, figures, harm
+from opensuction.report.figure import CycleFigure, FigureVerdict, attention, needs_look
 from opensuction.report.notice import CAUSES, Notice, notices
-from opensuction.report.summary import Summary, is_completed, is_inside, is_recorded, number
 from opensuction.report.wording import capitalise, depth_words, quantity, stopped
+from opensuction.result.cycle_result import CycleResult
 
 NAMED = 2
 """So many figures are named in the first line; the line below it has all."""
@@ -30,24 +30,24 @@ class Headline(NamedTuple):
     """Which figures need a look; may be empty."""
 
 
-def headline(summary: Summary) -> Headline:
+def headline(result: CycleResult) -> Headline:
     """The first line of a cycle, and the line below it."""
     for said in (_inside, _harm, _alarm):
-        found = said(summary)
+        found = said(result)
         if found is not None:
             return found
-    if not is_completed(summary):
-        lead = stopped(capitalise(ending.reason(summary)))
-        return Headline(ending.ended(summary), FigureVerdict.BAD, lead, _look(summary))
-    return _completed(summary)
+    if not result.is_completed:
+        lead = stopped(capitalise(ending.reason(result)))
+        return Headline(ending.ended(result), FigureVerdict.BAD, lead, _look(result))
+    return _completed(result)
 
 
-def _completed(summary: Summary) -> Headline:
+def _completed(result: CycleResult) -> Headline:
     """A cycle that ran to its end without an alarm."""
-    amber = [figure for figure in figures.figures(summary) if needs_look(figure)]
+    amber = [figure for figure in figures.figures(result) if needs_look(figure)]
     values = [f"{figure.name.lower()} {figure.value}, {figure.remark}" for figure in amber]
     lead = stopped(capitalise("; ".join(values))) if values else ""
-    unnoticed = ending.unnoticed(summary)
+    unnoticed = ending.unnoticed(result)
     if unnoticed:
         text = f"Completed, and nothing noticed the fault {' or '.join(unnoticed)}"
         return Headline(text, FigureVerdict.NOTICE, UNNOTICED, lead)
@@ -57,45 +57,44 @@ def _completed(summary: Summary) -> Headline:
         text = f"Completed, look at {named}{more}"
         return Headline(text, FigureVerdict.NOTICE, lead, "")
     good = "Every figure is within the limit that was set for it."
-    if is_recorded(summary):
+    if result.is_recorded:
         good = "Every figure that the machine knows is within the limit that was set for it."
-    return Headline("Completed", FigureVerdict.GOOD, good, _planned(summary))
+    return Headline("Completed", FigureVerdict.GOOD, good, _planned(result))
 
 
 def _join(*parts: str) -> str:
     return " ".join(part for part in parts if part)
 
 
-def _look(summary: Summary) -> str:
+def _look(result: CycleResult) -> str:
     """Which figures need a look."""
     names = [
         attention(figure)
-        for figure in figures.figures(summary)
-        if needs_look(figure)
-        and figure.name != contradicting_alarms.AT_END  # the first line says it
+        for figure in figures.figures(result)
+        if needs_look(figure) and figure.name != CycleFigure.AT_END  # the first line says it
     ]
     return f"Look at: {', '.join(names)}." if names else ""
 
 
-def _planned(summary: Summary) -> str:
+def _planned(result: CycleResult) -> str:
     """Which figures are outside a recommendation by design."""
-    found = [figure for figure in figures.figures(summary) if figure.is_planned]
+    found = [figure for figure in figures.figures(result) if figure.is_planned]
     return " ".join(f"{figure.name}: {figure.remark}." for figure in found)
 
 
-def _ending(summary: Summary) -> str:
+def _ending(result: CycleResult) -> str:
     """How the cycle ended, and why where the most urgent alarm does not say it."""
-    first = next((notice.sentence for notice in notices(summary)), "")
-    ended = stopped(ending.ended(summary))
-    if is_completed(summary):
+    first = next((notice.sentence for notice in notices(result)), "")
+    ended = stopped(ending.ended(result))
+    if result.is_completed:
         return ended
-    reason = ending.reason(summary)
+    reason = ending.reason(result)
     return ended if reason == first else f"{ended} {stopped(capitalise(reason))}"
 
 
-def _told(summary: Summary) -> str:
+def _told(result: CycleResult) -> str:
     """The most urgent alarm in a sentence, or that there was none."""
-    raised = notices(summary)
+    raised = notices(result)
     if not raised:
         return "Nobody was told: no alarm was raised."
     return f"{_priority(raised[0])}: {stopped(raised[0].sentence)}"
@@ -105,46 +104,46 @@ def _priority(notice: Notice) -> str:
     return f"{notice.priority} alarm".strip().capitalize()
 
 
-def _inside(summary: Summary) -> Headline | None:
-    if not is_inside(summary):
+def _inside(result: CycleResult) -> Headline | None:
+    if not result.is_inside:
         return None
-    where = depth_words(number(summary, "tip", "end_mm") or 0.0)
+    where = depth_words(result.tip.end_mm or 0.0)
     text = f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
-    if is_recorded(summary):
+    if result.is_recorded:
         text = f"CATHETER STILL IN THE AIRWAY AS THE RECORDING ENDS, {where}, by estimate"
-    lead = _join(_told(summary), _ending(summary))
-    return Headline(text, FigureVerdict.BAD, lead, _look(summary))
+    lead = _join(_told(result), _ending(result))
+    return Headline(text, FigureVerdict.BAD, lead, _look(result))
 
 
-def _harm(summary: Summary) -> Headline | None:
-    broken = [(harm.sentence(summary, *found), found[1]) for found in harm.broken(summary)]
+def _harm(result: CycleResult) -> Headline | None:
+    broken = [(harm.sentence(result, *found), found[1]) for found in harm.broken(result)]
     if not broken:
         return None
     (sentence, words), rest = broken[0], broken[1:]
-    causes = [notice.sentence for notice in notices(summary) if notice.condition in CAUSES]
+    causes = [notice.sentence for notice in notices(result) if notice.condition in CAUSES]
     text = f"PATIENT AT RISK: {'; '.join([sentence, *causes])}"
     more = _join(*(stopped(f"Also: {also}") for also, _ in rest))
-    lead = _join(words.remedy, more, _told(summary), _ending(summary))
-    return Headline(text, FigureVerdict.BAD, lead, _look(summary))
+    lead = _join(words.remedy, more, _told(result), _ending(result))
+    return Headline(text, FigureVerdict.BAD, lead, _look(result))
 
 
-def _alarm(summary: Summary) -> Headline | None:
-    raised = notices(summary)
+def _alarm(result: CycleResult) -> Headline | None:
+    raised = notices(result)
     if not raised:
         return None
     first = raised[0]
     over = "" if first.ended_s is None else f", over since {quantity(first.ended_s, 's')}"
     text = f"{_priority(first)}{over}: {first.sentence}"
     is_high = first.priority == "high"
-    if is_completed(summary) and not is_high:
+    if result.is_completed and not is_high:
         text = f"Completed with alarms: {first.sentence}"
-    ended = _ending(summary)
-    if is_completed(summary):
+    ended = _ending(result)
+    if result.is_completed:
         ended = "Completed with alarms." if is_high else ""
-    is_bad = is_high or not is_completed(summary)
+    is_bad = is_high or not result.is_completed
     return Headline(
         text,
         FigureVerdict.BAD if is_bad else FigureVerdict.NOTICE,
         _join(first.remedy, ended),
-        _look(summary),
+        _look(result),
     )

@@ -4,11 +4,11 @@ Alarms come from the controller. Drives and power supply reach the annunciator w
 which the controller could not announce anything is not a run without alarms.
 """
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
-from opensuction.report.summary import Summary, is_inside, number, rows, text
 from opensuction.report.wording import quantity
+from opensuction.result.cycle_result import AlarmRecord, Announcement, CycleResult
 
 CONTROLLER = "controller"
 
@@ -83,47 +83,59 @@ def span(notice: Notice) -> str:
     return f"from {begin} on" if ended_s is None else f"{begin} to {quantity(ended_s, 's')}"
 
 
-def name_of(entry: Mapping[str, Any], key: str) -> str:
-    """The name of a condition, with hyphens."""
-    return (text(entry, key) or "?").replace("_", "-")
+def notices(result: CycleResult) -> list[Notice]:
+    """Everything that was raised in a cycle, the most urgent first."""
+    found = gather(result.alarms, result.told)
+    return [_inside(notice) for notice in found] if result.is_inside else found
 
 
-def _notice(summary: Summary, entry: Summary, name: str, by: str, is_shown: bool) -> Notice:
-    sentence = text(entry, "sentence") or name.replace("-", " ")
-    remedy = text(entry, "remedy") or ""
-    if is_inside(summary) and name in WORDS_INSIDE:
-        sentence, remedy = WORDS_INSIDE[name]
-    started_s = number(entry, "started_s") if "started_s" in entry else number(entry, "at_s")
+def gather(alarms: Iterable[AlarmRecord], told: Iterable[Announcement] | None) -> list[Notice]:
+    """Everything that was raised, the most urgent first; the annunciator adds what no alarm has.
+
+    alarms: of the controller. told: what the annunciator showed; None where that is not known.
+    """
+    shown = {one.what for one in told or ()}
+    found = [_of_controller(alarm, told is None or alarm.condition in shown) for alarm in alarms]
+    raised = {notice.condition for notice in found}
+    for one in told or ():
+        if one.what not in raised:
+            raised.add(one.what)
+            found.append(_of_annunciator(one))
+    return sorted(found, key=_urgency)
+
+
+def _of_controller(alarm: AlarmRecord, is_shown: bool) -> Notice:
     return Notice(
-        condition=name,
-        priority=text(entry, "priority") or "",
-        sentence=sentence,
-        remedy=remedy,
-        started_s=started_s,
-        ended_s=number(entry, "ended_s"),
-        latched=entry.get("latched") is True,
-        by=by,
+        condition=alarm.condition,
+        priority=alarm.priority,
+        sentence=alarm.sentence,
+        remedy=alarm.remedy,
+        started_s=alarm.started_s,
+        ended_s=alarm.ended_s,
+        latched=alarm.latched,
+        by=CONTROLLER,
         is_shown=is_shown,
     )
 
 
-def notices(summary: Summary) -> list[Notice]:
-    """Everything that was raised, each condition once, the most urgent first."""
-    told = rows(summary, "told")
-    names_told = {name_of(entry, "what") for entry in told}
-    knows = summary.get("told") is not None
-    found = []
-    for entry in rows(summary, "alarms"):
-        name = name_of(entry, "condition")
-        found.append(_notice(summary, entry, name, CONTROLLER, not knows or name in names_told))
-    raised = {notice.condition for notice in found}
-    for entry in told:
-        name = name_of(entry, "what")
-        if name not in raised:
-            raised.add(name)
-            by = text(entry, "by") or CONTROLLER
-            found.append(_notice(summary, entry, name, by, is_shown=True))
-    return sorted(found, key=_urgency)
+def _of_annunciator(one: Announcement) -> Notice:
+    return Notice(
+        condition=one.what,
+        priority=one.priority,
+        sentence=one.sentence,
+        remedy=one.remedy,
+        started_s=one.at_s,
+        ended_s=None,
+        latched=False,
+        by=one.by,
+        is_shown=True,
+    )
+
+
+def _inside(notice: Notice) -> Notice:
+    """The notice of a run at whose end the catheter is still in."""
+    sentence, remedy = WORDS_INSIDE.get(notice.condition, (notice.sentence, notice.remedy))
+    return notice._replace(sentence=sentence, remedy=remedy)
 
 
 def _urgency(notice: Notice) -> tuple[int, int, int, float]:

@@ -1,58 +1,52 @@
 """Key figures of the patient: each with what it was before, and whether it came back."""
 
-from opensuction.report.contradicting_alarms import HEART_RATE, LUNG_VOLUME, PRESSURE, SATURATION
-from opensuction.report.figure import Figure, FigureVerdict, without_limit
-from opensuction.report.summary import Summary, is_recorded, number, value
+from opensuction.report.figure import CycleFigure, Figure, FigureVerdict, without_limit
 from opensuction.report.wording import quantity
+from opensuction.result.cycle_result import CycleResult, SignCourse
 
 
-def course(summary: Summary, key: str, unit: str, decimals: int) -> str:
+def course(result: CycleResult, sign: SignCourse | None, unit: str, decimals: int) -> str:
     """What a sign was before and is at the end, and when it was back, in words; may be empty."""
-    before, at_end = (
-        number(summary, "vitals", key, "before"),
-        number(summary, "vitals", key, "at_end"),
-    )
-    if before is None or at_end is None:
+    if sign is None or sign.before is None or sign.at_end is None:
         return ""
-    said = (
-        f"before {quantity(before, unit, decimals)}, at the end {quantity(at_end, unit, decimals)}"
-    )
-    back_s = number(summary, "vitals", key, "recovered_s")
-    if is_recorded(summary):  # which ends soon after the cycle
+    before, at_end = (quantity(one, unit, decimals) for one in (sign.before, sign.at_end))
+    said = f"before {before}, at the end {at_end}"
+    if result.is_recorded:  # which ends soon after the cycle
         return said
-    if value(summary, "vitals", key, "is_back") is not True:
+    if not sign.is_back:
         return f"{said}: not back yet"
+    back_s = sign.recovered_s
     return said if back_s is None else f"{said}: back after {quantity(back_s, 's', 0)}"
 
 
 OWN = "within its range but for the patient's own cough or breath"
 
 
-def _judged(summary: Summary, key: str, end: str) -> float | None:
-    """An extreme of a sign without what the patient's own muscles did, where that is known."""
-    relaxed = number(summary, "vitals", key, f"relaxed_{end}")
-    return number(summary, "vitals", key, end) if relaxed is None else relaxed
-
-
-def _is_own(summary: Summary, key: str) -> bool:
-    """Whether only the patient's own muscles brought a sign out of its usual range."""
-    lowest, highest = (
-        number(summary, "vitals", key, "lowest"),
-        number(summary, "vitals", key, "highest"),
+def _judged(sign: SignCourse) -> tuple[float, float | None]:
+    """Extremes of a sign without what the patient's own muscles did, where that is known."""
+    lowest, highest = sign.relaxed_lowest, sign.relaxed_highest
+    return (
+        sign.lowest if lowest is None else lowest,
+        sign.highest if highest is None else highest,
     )
-    least, most = (number(summary, "vitals", key, f"usual_{end}") for end in ("least", "most"))
-    low = lowest is not None and least is not None and lowest < least
+
+
+def _is_own(sign: SignCourse) -> bool:
+    """Whether only the patient's own muscles brought a sign out of its usual range."""
+    low = sign.usual_least is not None and sign.lowest < sign.usual_least
+    highest, most = sign.highest, sign.usual_most
     return low or (highest is not None and most is not None and highest > most)
 
 
-def _outside(summary: Summary, key: str, unit: str, decimals: int) -> tuple[FigureVerdict, str]:
+def _outside(sign: SignCourse, unit: str, decimals: int) -> tuple[FigureVerdict, str]:
     """Verdict on a sign's extremes, and the bound that they crossed in words."""
-    lowest, highest = (_judged(summary, key, end) for end in ("lowest", "highest"))
-    kinds = (("limit", FigureVerdict.BAD), ("usual", FigureVerdict.NOTICE))
-    for kind, verdict in kinds:
-        least, most = (number(summary, "vitals", key, f"{kind}_{end}") for end in ("least", "most"))
-        words = "the limit of" if kind == "limit" else "the usual"
-        if lowest is not None and least is not None and lowest < least:
+    lowest, highest = _judged(sign)
+    kinds = (
+        (sign.limit_least, sign.limit_most, FigureVerdict.BAD, "the limit of"),
+        (sign.usual_least, sign.usual_most, FigureVerdict.NOTICE, "the usual"),
+    )
+    for least, most, verdict, words in kinds:
+        if least is not None and lowest < least:
             return verdict, f"below {words} {quantity(least, unit, decimals)}"
         if highest is not None and most is not None and highest > most:
             peak = quantity(highest, unit, decimals)
@@ -60,70 +54,71 @@ def _outside(summary: Summary, key: str, unit: str, decimals: int) -> tuple[Figu
     return FigureVerdict.GOOD, "within its range"
 
 
-def _sign(
-    summary: Summary, name: str, key: str, old: float | None, unit: str, decimals: int
-) -> Figure:
-    """A sign by its key of ``vitals``. old: its value where a summary has no ``vitals``."""
-    lowest = number(summary, "vitals", key, "lowest")
-    if lowest is None:
-        return without_limit(name, old, unit, decimals)
-    verdict, remark = _outside(summary, key, unit, decimals)
-    return Figure(
-        name,
-        quantity(lowest, unit, decimals),
-        course(summary, key, unit, decimals),
-        verdict,
-        remark,
-    )
-
-
-def saturation(summary: Summary) -> Figure:
+def saturation(result: CycleResult) -> Figure:
     """Lowest oxygen saturation against its usual range and the monitor's limit."""
-    old = number(summary, "spo2_nadir_percent")
-    return _sign(summary, SATURATION, "spo2_percent", old, "%", 1)
-
-
-def heart_rate(summary: Summary) -> Figure:
-    """Lowest heart rate against the monitor's limit."""
-    return _sign(summary, HEART_RATE, "heart_rate_per_min", None, "/min", 0)
-
-
-def airway_pressure(summary: Summary) -> Figure:
-    """Airway pressure, from the lowest to the highest, against its usual range."""
-    key, unit = "airway_pressure_cmh2o", "cmH2O"
-    figure = _sign(summary, PRESSURE, key, number(summary, "airway_pressure_least_cmh2o"), unit, 1)
-    lowest, highest = (
-        number(summary, "vitals", key, "lowest"),
-        number(summary, "vitals", key, "highest"),
+    sign = result.signs.spo2_percent
+    if sign is None:
+        return without_limit(CycleFigure.SATURATION, result.spo2_nadir_percent, "%", 1)
+    return Figure(
+        CycleFigure.SATURATION,
+        quantity(sign.lowest, "%", 1),
+        course(result, sign, "%", 1),
+        *_outside(sign, "%", 1),
     )
-    if lowest is None or highest is None:
-        return figure
-    if figure.verdict is FigureVerdict.GOOD and _is_own(summary, key):
-        figure = figure._replace(remark=OWN)
-    return figure._replace(value=f"{lowest:.1f} to {quantity(highest, unit)}")
 
 
-def lung_volume(summary: Summary) -> Figure:
+def heart_rate(result: CycleResult) -> Figure:
+    """Lowest heart rate against the monitor's limit."""
+    sign = result.signs.heart_rate_per_min
+    if sign is None:
+        return without_limit(CycleFigure.HEART_RATE, None, "/min", 0)
+    return Figure(
+        CycleFigure.HEART_RATE,
+        quantity(sign.lowest, "/min", 0),
+        course(result, sign, "/min", 0),
+        *_outside(sign, "/min", 0),
+    )
+
+
+def airway_pressure(result: CycleResult) -> Figure:
+    """Airway pressure, from the lowest to the highest, against its usual range."""
+    sign, unit = result.signs.airway_pressure_cmh2o, "cmH2O"
+    if sign is None:
+        least = result.airway_pressure_least_cmh2o
+        return without_limit(CycleFigure.PRESSURE, least, unit, 1)
+    verdict, remark = _outside(sign, unit, 1)
+    beside = course(result, sign, unit, 1)
+    if sign.highest is None:
+        value = quantity(sign.lowest, unit, 1)
+        return Figure(CycleFigure.PRESSURE, value, beside, verdict, remark)
+    if verdict is FigureVerdict.GOOD and _is_own(sign):
+        remark = OWN
+    value = f"{sign.lowest:.1f} to {quantity(sign.highest, unit)}"
+    return Figure(CycleFigure.PRESSURE, value, beside, verdict, remark)
+
+
+def lung_volume(result: CycleResult) -> Figure:
     """Resting volume that was lost at most, against what closed suction takes."""
-    lost = number(summary, "lung_volume_loss_ml")
-    key = "lung_volume_loss_ml"
-    usual = number(summary, "vitals", key, "usual_most")
-    if lost is None or usual is None:
-        return without_limit(LUNG_VOLUME, lost, "mL", 0)
-    lost = max(lost, 0.0)
+    lost, sign = result.lung_volume_loss_ml, result.signs.lung_volume_loss_ml
+    if lost is None or sign is None or sign.usual_most is None:
+        return without_limit(CycleFigure.LUNG_VOLUME, lost, "mL", 0)
+    lost, usual = max(lost, 0.0), sign.usual_most
     verdict, remark = FigureVerdict.GOOD, f"within the usual {quantity(usual, 'mL', 0)}"
-    gained = -(number(summary, "vitals", key, "lowest") or 0.0)
+    gained = -sign.lowest
     if lost > usual:
         verdict, remark = FigureVerdict.NOTICE, f"over the usual {quantity(usual, 'mL', 0)}"
     elif gained > usual:
         verdict, remark = FigureVerdict.NOTICE, f"up to {quantity(gained, 'mL', 0)} gained"
-    left = number(summary, "vitals", key, "at_end")
-    course_words = ""
-    if left is not None:
-        is_back = value(summary, "vitals", key, "is_back") is True
-        still = f"{quantity(abs(left), 'mL', 0)} {'less' if left >= 0.0 else 'more'} than before"
-        back_s = number(summary, "vitals", key, "recovered_s")
-        course_words = f"at the end {still}: not back yet"
-        if is_back:
-            course_words = "" if back_s is None else f"back after {quantity(back_s, 's', 0)}"
-    return Figure(LUNG_VOLUME, quantity(lost, "mL", 0), course_words, verdict, remark)
+    value = quantity(lost, "mL", 0)
+    return Figure(CycleFigure.LUNG_VOLUME, value, _volume_course(sign), verdict, remark)
+
+
+def _volume_course(sign: SignCourse) -> str:
+    """Whether the volume came back, and when; what is still lost at the end."""
+    left, back_s = sign.at_end, sign.recovered_s
+    if left is None:
+        return ""
+    if sign.is_back:
+        return "" if back_s is None else f"back after {quantity(back_s, 's', 0)}"
+    side = "less" if left >= 0.0 else "more"
+    return f"at the end {quantity(abs(left), 'mL', 0)} {side} than before: not back yet"

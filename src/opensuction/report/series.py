@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.report.summary import Summary, number, rows, text
+from opensuction.result.cycle_result import CycleResult
 
 Trace = Mapping[str, npt.NDArray[Any]]
 """Column name to values, one for each tick, all of one length; times rise."""
@@ -137,11 +137,10 @@ def directions(values: npt.NDArray[np.float64], least: float) -> npt.NDArray[np.
     return rises
 
 
-def _edges(summary: Summary, time_s: npt.NDArray[np.float64]) -> list[int]:
+def _edges(result: CycleResult, time_s: npt.NDArray[np.float64]) -> list[int]:
     """Rows at which a phase begins."""
-    starts = [number(phase, "start_s") for phase in rows(summary, "phases")]
-    known = np.asarray([start for start in starts if start is not None], dtype=np.float64)
-    return [int(row) for row in np.searchsorted(time_s, known)]
+    starts = np.asarray([phase.start_s for phase in result.phases], dtype=np.float64)
+    return [int(row) for row in np.searchsorted(time_s, starts)]
 
 
 def decimals_of(range_: float) -> int:
@@ -163,21 +162,21 @@ def to_list(values: npt.NDArray[np.float64], decimals: int) -> list[float | None
     return [value if np.isfinite(value) else None for value in rounded.tolist()]
 
 
-def focus_s(summary: Summary) -> float | None:
+def focus_s(result: CycleResult) -> float | None:
     """Where the part of the record ends that has the cycle in it; None where that is not known."""
-    cycle_s = number(summary, "timing", "cycle_s")
+    cycle_s = result.timing.cycle_s
     return None if cycle_s is None else cycle_s + AFTER_CYCLE_S
 
 
 def _keep(
-    summary: Summary, time_s: npt.NDArray[np.float64], series: Series, buckets: int
+    result: CycleResult, time_s: npt.NDArray[np.float64], series: Series, buckets: int
 ) -> npt.NDArray[np.int64]:
     """Rows to keep: the cycle finely, what comes after it coarsely, the last row in any case."""
-    end_s = focus_s(summary)
+    end_s = focus_s(result)
     turn = time_s.size
     if end_s is not None:
         turn = int(np.searchsorted(time_s, end_s, side="right"))
-    edges = _edges(summary, time_s)
+    edges = _edges(result, time_s)
     values = list(series.values())
     if not 0 < turn < time_s.size:
         return keep_rows(values, edges, buckets)
@@ -188,12 +187,12 @@ def _keep(
 
 
 def _thin(
-    summary: Summary, time_s: npt.NDArray[np.float64], series: Series, buckets: int
+    result: CycleResult, time_s: npt.NDArray[np.float64], series: Series, buckets: int
 ) -> dict[str, list[Any]]:
     """Series and ``time``, thinned and ready for JSON; empty where there is nothing."""
     if time_s.size == 0 or not series:
         return {}
-    columns = _listed(time_s, series, kept := _keep(summary, time_s, series, buckets))
+    columns = _listed(time_s, series, kept := _keep(result, time_s, series, buckets))
     if "head" in series:
         columns["inward"] = directions(series["head"][kept], REVERSAL_MM).astype(int).tolist()
     return columns
@@ -210,26 +209,28 @@ def _listed(
     return columns
 
 
-def machine(summary: Summary, trace: Trace, buckets: int = BUCKETS) -> dict[str, list[Any]]:
+def machine(result: CycleResult, trace: Trace, buckets: int = BUCKETS) -> dict[str, list[Any]]:
     """Series for the plots of the machine, by short name, all of one length, ready for JSON.
 
     Besides the series: ``time`` in s and ``inward``, 1 where the head moves inwards. They run to
     the end of the record. Empty where the trace has no rows. buckets: detail of the cycle.
     """
     time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
-    return _thin(summary, time_s, _machine(trace), buckets)
+    return _thin(result, time_s, _machine(trace), buckets)
 
 
-def patient(summary: Summary, trace: Trace, buckets: int = BREATHS_BUCKETS) -> dict[str, list[Any]]:
+def patient(
+    result: CycleResult, trace: Trace, buckets: int = BREATHS_BUCKETS
+) -> dict[str, list[Any]]:
     """Series for the plots of the patient, to the end of the trace; empty where nobody is there.
 
     The trace goes on after the cycle: saturation is lowest after the catheter is out.
     """
-    if text(summary, "patient") is None:
+    if result.patient is None:
         return {}
     time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
     series = extract(trace, PATIENT)
     if time_s.size == 0 or not series:
         return {}
-    kept = keep_rows(list(series.values()), _edges(summary, time_s), buckets)
+    kept = keep_rows(list(series.values()), _edges(result, time_s), buckets)
     return _listed(time_s, series, kept)

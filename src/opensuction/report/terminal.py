@@ -16,8 +16,8 @@ from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figure import FigureVerdict
 from opensuction.report.moment import Moment
 from opensuction.report.notice import notices
-from opensuction.report.summary import Summary, text, warnings, write_seed
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
+from opensuction.result.cycle_result import CycleResult
 
 PLANNED: Final = [phase.name.lower() for phase in CYCLE if phase != Phase.BACKING_OFF]
 """Phases of a cycle that stops by travel, in order."""
@@ -149,13 +149,13 @@ class LiveCycle:
         return Group(*lines)
 
 
-def _figure_table(summary: Summary) -> Table:
+def _figure_table(result: CycleResult) -> Table:
     """Key figures with their limits; those that are missing are named below, not here."""
     table = Table(box=None, padding=(0, 2, 0, 0), show_header=False, pad_edge=False)
     table.add_column(no_wrap=True)
     table.add_column(justify="right", no_wrap=True)
     table.add_column()
-    for figure in figures.figures(summary):
+    for figure in figures.figures(result):
         if figure.verdict is FigureVerdict.ABSENT:
             continue
         parts = [figure.remark, figure.limit]
@@ -170,18 +170,20 @@ def _figure_table(summary: Summary) -> Table:
     return table
 
 
-RAN = ("machine", "patient", "protocol", "approach", "compensation")
-"""Keys of the summary that say what ran."""
-
-
-def print_summary(console: Console, summary: Summary, files: Iterable[object] = ()) -> None:
+def print_summary(console: Console, result: CycleResult, files: Iterable[object] = ()) -> None:
     """Print what happened: outcome, sentences, figures with limits, files that were written."""
-    first, marks = headline.headline(summary), glyphs(console)
+    first, marks = headline.headline(result), glyphs(console)
     kinds = {FigureVerdict.GOOD: marks.done, FigureVerdict.NOTICE: marks.look}
     mark = kinds.get(first.verdict, marks.failed)
-    ran = [text(summary, key) for key in RAN]
+    ran = (
+        result.machine,
+        result.patient,
+        result.protocol,
+        result.approach,
+        result.compensation,
+    )
     what = ", ".join(name for name in ran if name)
-    seed = write_seed(summary)
+    seed = result.drawn_by
     console.print()
     console.print(
         Text(f"{mark} {first.text}", style=HEADLINE_STYLES[first.verdict]),
@@ -189,14 +191,14 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
     )
     print_indented(console, [first.lead], "bold")
     print_indented(console, [first.look] if first.look else [])
-    print_indented(console, narrative.sentences(summary))
-    for notice in notices(summary):
+    print_indented(console, narrative.sentences(result))
+    for notice in notices(result):
         style = ALARM_STYLES.get(notice.priority, "")
         print_indented(console, [ending.alarm(notice)], style)
-    print_indented(console, [f"Warning: {warning}" for warning in warnings(summary)], "yellow")
+    print_indented(console, [f"Warning: {warning}" for warning in result.warnings], "yellow")
     console.print()
-    console.print(_figure_table(summary))
-    absent = [f.name.lower() for f in figures.figures(summary) if f.verdict is FigureVerdict.ABSENT]
+    console.print(_figure_table(result))
+    absent = [f.name.lower() for f in figures.figures(result) if f.verdict is FigureVerdict.ABSENT]
     if absent:
         console.print(Text(f"No value in this run: {', '.join(absent)}", style="dim"))
     print_end(console, files, DISCLAIMER)

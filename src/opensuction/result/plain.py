@@ -75,3 +75,19 @@ def without_nan(data: Json) -> Json:
 
 def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def flatten(entries: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Leaves of nested mappings as (dotted name, value), in order.
+
+    >>> flatten({"model": {"slope": 0.97}, "rmse_mm": 0.84})
+    [('model.slope', 0.97), ('rmse_mm', 0.84)]
+    """
+    leaves: list[tuple[str, Any]] = []
+    for key, entry in entries.items():
+        name = f"{prefix}{key}"
+        if isinstance(entry, Mapping):
+            leaves.extend(flatten(entry, f"{name}."))
+        else:
+            leaves.append((name, entry))
+    return leaves

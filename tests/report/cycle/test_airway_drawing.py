@@ -55,7 +55,7 @@ def test_tube_of_a_patient_says_where_it_begins() -> None:
 
 
 def test_tip_that_stayed_out_of_the_drawing_is_not_drawn() -> None:
-    tip = example.on_patient()["tip"] | {"deepest_mm": -99.0}
+    tip = example.ON_PATIENT["tip"] | {"deepest_mm": -99.0}
     drawn = airway_drawing.drawing(example.on_patient(tip=tip))
     assert drawn is not None
     assert drawn.deepest_px is None
@@ -64,7 +64,7 @@ def test_tip_that_stayed_out_of_the_drawing_is_not_drawn() -> None:
 
 
 def _with_tip(end_mm: float, *, inside: bool) -> airway_drawing.Drawing:
-    tip = example.on_patient()["tip"] | {"end_mm": end_mm, "inside_at_end": inside}
+    tip = example.ON_PATIENT["tip"] | {"end_mm": end_mm, "inside_at_end": inside}
     drawn = airway_drawing.drawing(example.on_patient(tip=tip))
     assert drawn is not None
     return drawn

@@ -2,6 +2,7 @@ from typing import Any
 
 from opensuction.report.cycle import instant
 from opensuction.report.cycle.instant import Instant
+from tests.report import example
 
 
 def alarm(condition: str, started_s: float | None) -> dict[str, Any]:
@@ -9,11 +10,11 @@ def alarm(condition: str, started_s: float | None) -> dict[str, Any]:
 
 
 def test_faults_come_before_alarms_each_at_its_time() -> None:
-    summary = {
-        "faults": [{"name": "pump-weak", "at_s": 5.5}, {"name": "valve-jammed", "at_s": 2.0}],
-        "alarms": [alarm("vacuum-lost", 14.4)],
-    }
-    assert instant.instants(summary) == [
+    result = example.good(
+        faults=[{"name": "pump-weak", "at_s": 5.5}, {"name": "valve-jammed", "at_s": 2.0}],
+        alarms=[alarm("vacuum-lost", 14.4)],
+    )
+    assert instant.instants(result) == [
         Instant("Fault: valve jammed", "fault", 2.0),
         Instant("Fault: pump weak", "fault", 5.5),
         Instant("Alarm: vacuum lost", "bad", 14.4),
@@ -23,12 +24,14 @@ def test_faults_come_before_alarms_each_at_its_time() -> None:
 def test_what_comes_together_stands_at_one_mark_and_is_named_once() -> None:
     times = {"vacuum-lost": 3.0, "automation-stopped": 3.2, "line-clogged": 3.6}
     alarms = [alarm(name, time_s) for name, time_s in times.items()] + [alarm("vacuum-lost", 3.1)]
-    assert [(entry.label, entry.time_s) for entry in instant.instants({"alarms": alarms})] == [
+    found = instant.instants(example.good(alarms=alarms))
+    assert [(entry.label, entry.time_s) for entry in found] == [
         ("Alarm: vacuum lost, automation stopped", 3.0),
         ("Alarm: line clogged", 3.6),
     ]
 
 
 def test_a_fault_that_never_came_is_not_marked_and_a_sound_cycle_has_no_mark() -> None:
-    assert instant.instants({"faults": [{"name": "pump-weak", "at_s": None}], "alarms": []}) == []
-    assert instant.instants({}) == []
+    never = example.good(faults=[{"name": "pump-weak", "at_s": None}])
+    assert instant.instants(never) == []
+    assert instant.instants(example.good()) == []

@@ -19,10 +19,10 @@ def test_every_alarm_has_what_a_person_needs() -> None:
         Episode(unnamed, Priority.HIGH, 4.0, 5.0, True, 4.5),
     ]
     stalled, unknown = cycle_summary.alarms(found)
-    assert stalled["condition"] == "head-stalled"
-    assert stalled["priority"] == "high"
-    assert stalled["sentence"]
-    assert stalled["remedy"]
-    assert (stalled["started_s"], stalled["ended_s"]) == (3.0, None)
-    assert unknown["condition"] == f"unknown-{unnamed}"
-    assert (unknown["latched"], unknown["acknowledged_s"]) == (True, 4.5)
+    assert stalled.condition == "head-stalled"
+    assert stalled.priority == "high"
+    assert stalled.sentence
+    assert stalled.remedy
+    assert (stalled.started_s, stalled.ended_s) == (3.0, None)
+    assert unknown.condition == f"unknown-{unnamed}"
+    assert (unknown.latched, unknown.acknowledged_s) == (True, 4.5)

@@ -1,11 +1,10 @@
 """Reports of real runs in which something goes wrong: none denies what its JSON holds."""
 
-from typing import Any
-
 import pytest
 
 from opensuction.report import headline
 from opensuction.report.cycle import page
+from opensuction.result.cycle_result import CycleResult
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, resolution
 from tests.report.contradiction import contradictions
@@ -51,14 +50,13 @@ RUNS = (
 )
 
 
-def _summary(patient: str, approach: str, fault: str) -> dict[str, Any]:
-    """JSON of a cycle with a fault, as the command makes it."""
+def _result(patient: str, approach: str, fault: str) -> CycleResult:
+    """A cycle with a fault, as the command plays it."""
     faults = (fault,) if fault else ()
     choice = CycleChoice(RigChoice(patient=patient), approach=approach, faults=faults)
     prepared = cycle_run.prepare(resolution.resolve(choice))
     found = fault_run.play(prepared, lambda _: None)
-    data = cycle_summary.summary(prepared, found.columns, 0.0, 1.0)
-    return data | {"faults": fault_run.plain(found)}
+    return cycle_summary.summary(prepared, found.columns, fault_run.on_record(found))
 
 
 @pytest.mark.parametrize(
@@ -66,34 +64,34 @@ def _summary(patient: str, approach: str, fault: str) -> dict[str, Any]:
     [pytest.param(*one, marks=pytest.mark.soak if i % 3 else ()) for i, one in enumerate(RUNS)],
 )
 def test_no_report_denies_what_happened(patient: str, approach: str, fault: str) -> None:
-    assert contradictions(_summary(patient, approach, fault)) == []
+    assert contradictions(_result(patient, approach, fault)) == []
 
 
 def test_a_loss_of_all_power_inside_is_told_as_what_it_is() -> None:
-    data = _summary(ADULT, "travel", "power-lost-without-reserve@suctioning")
-    assert data["tip"]["inside_at_end"] is True
-    assert "left-inside" in data["harm"]
-    assert {"power"} <= {entry["by"] for entry in data["told"]}
-    first = headline.headline(data)
+    result = _result(ADULT, "travel", "power-lost-without-reserve@suctioning")
+    assert result.is_inside
+    assert "left-inside" in result.harms
+    assert {"power"} <= {entry.by for entry in result.told or ()}
+    first = headline.headline(result)
     assert first.text.startswith("CATHETER IS STILL IN THE AIRWAY, 48.6 mm below the tube's end")
     assert "mains power is gone" in first.lead
-    html = page.render(data, {})
+    html = page.render(result, {})
     assert "No safety limit tripped and no alarm was raised" not in html
     assert "Nothing noticed it" not in html
 
 
 def test_a_catheter_that_jams_is_in_the_airway_for_as_long_as_it_is_there() -> None:
-    data = _summary(ADULT, "travel", "catheter-jammed@withdrawing+1")
-    assert data["tip"]["inside_at_end"] is True
-    assert data["timing"]["in_airway_s"] > 90.0
+    result = _result(ADULT, "travel", "catheter-jammed@withdrawing+1")
+    assert result.is_inside
+    assert (result.timing.in_airway_s or 0.0) > 90.0
 
 
 def test_a_clog_that_nobody_is_told_of_is_not_a_cycle_that_went_well() -> None:
-    data = _summary(NEONATE, "travel", "line-clogged@preloading=1")
-    assert data["secretion"]["removed_percent"] < 5.0
-    assert headline.headline(data).verdict.value != "good"
+    result = _result(NEONATE, "travel", "line-clogged@preloading=1")
+    assert (result.secretion.removed_percent or 0.0) < 5.0
+    assert headline.headline(result).verdict.value != "good"
 
 
 def test_healthy_cycles_of_adults_and_neonates_are_green() -> None:
     for patient in (ADULT, NEONATE):
-        assert headline.headline(_summary(patient, "travel", "")).verdict.value == "good"
+        assert headline.headline(_result(patient, "travel", "")).verdict.value == "good"

@@ -10,6 +10,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.report import ending, notice, sheet
 from opensuction.report.day import day_page
+from opensuction.result.plain import to_json
 from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, cycle_summary, resolution
@@ -51,7 +52,7 @@ def test_without_self_calibration_nothing_is_learned() -> None:
     found = day(1.2, False)
     assert all(cycle.outcome.rmse_mm > 1.5 for cycle in found.cycles)
     assert all(cycle.learned is None for cycle in found.cycles)
-    assert day_page.gap_sections(day_summary.plain(found)["cycles"]) == ()
+    assert day_page.gap_sections(day_summary.summary(found).cycles) == ()
 
 
 @pytest.mark.parametrize("scale", [0.75, 1.2])
@@ -89,16 +90,15 @@ def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
     assert change is not None
     assert (change.in_range, change.new) == (False, AS_IDENTIFIED)
     (alarm,) = day_summary.gap_alarms(found, 40.0)
-    assert alarm["condition"] == "calibration-out-of-range"
-    assert alarm["priority"] == "medium"
-    assert ending.alarm(notice.notices({"alarms": [alarm]})[0]).startswith(
+    assert alarm.condition == "calibration-out-of-range"
+    assert alarm.priority == "medium"
+    assert ending.alarm(notice.gather([alarm], None)[0]).startswith(
         "Medium alarm, from 40.0 s on: "
     )
     (note,) = day_summary.gap_notes(found)
     assert "Cycle 2 of 3 was refused" in note
-    data = cycle_summary.summary(found.last, found.columns, 1.0, 1.0)
-    data["day"] = day_summary.plain(found)
-    assert not day_page.page(data, found.samples._asdict()).good
+    last = cycle_summary.summary(found.last, found.columns)
+    assert not day_page.page(last, day_summary.summary(found), found.samples).good
 
 
 def test_a_patient_who_moves_at_the_carina_stops_no_day_and_is_told_of() -> None:
@@ -108,14 +108,16 @@ def test_a_patient_who_moves_at_the_carina_stops_no_day_and_is_told_of() -> None
     found = day_run.play(cycle_run.prepare(resolution.resolve(choice)), asked, lambda *_: None)
     assert found.refusal is None
     assert len(found.cycles) == CYCLES
-    gap = day_summary.plain(found)["cycles"][1]["gap"]
-    assert gap["contact_scale"] < 0.67
-    assert gap["contact_spoilt"]
-    assert gap["finding"] == "learned"  # by the barrier
-    assert gap["next_scale"] == pytest.approx(1.0, abs=0.1)
+    gap = day_summary.summary(found).cycles[1].gap
+    assert gap is not None
+    assert gap.contact_scale is not None
+    assert gap.contact_scale < 0.67
+    assert gap.contact_spoilt
+    assert gap.finding == "learned"  # by the barrier
+    assert gap.next_scale == pytest.approx(1.0, abs=0.1)
     assert any("the contact told nothing of the gap" in note for note in day_summary.notes(found))
-    (section,) = day_page.gap_sections(day_summary.plain(found)["cycles"])
-    assert gap["contact_spoilt"] in section.tables[0].rows[1]
+    (section,) = day_page.gap_sections(day_summary.summary(found).cycles)
+    assert gap.contact_spoilt in section.tables[0].rows[1]
 
 
 def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() -> None:
@@ -132,10 +134,11 @@ def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() 
 
 def test_the_json_and_the_page_show_each_scale_with_its_bounds() -> None:
     found = day(1.2, True)
-    rows = day_summary.plain(found)["cycles"]
-    assert rows[0]["gap"]["used_scale"] == 1.0
-    assert rows[1]["gap"]["used_scale"] == rows[0]["gap"]["next_scale"]
-    assert {row["gap"]["least_scale"] for row in rows} == {TRUSTED.least}
+    rows = day_summary.summary(found).cycles
+    gaps = [to_json(row)["gap"] for row in rows]
+    assert gaps[0]["used_scale"] == 1.0
+    assert gaps[1]["used_scale"] == gaps[0]["next_scale"]
+    assert {gap["least_scale"] for gap in gaps} == {TRUSTED.least}
     (section,) = day_page.gap_sections(rows)
     drawn = sheet.to_plain(section.plots[0])
     bounds = {curve["label"]: set(curve["y"]) for curve in drawn["curves"]}

@@ -58,7 +58,7 @@ def test_a_harmless_fault_changes_no_cycle() -> None:
     assert [cycle.number for cycle in told] == [1, 2]
     assert all(cycle.outcome.completed for cycle in day.cycles)
     (fault,) = day.faults
-    assert (fault["cycle"], fault["at_s"], fault["noticed"]) == (2, 0.0, None)
+    assert (fault.cycle, fault.at_s, fault.noticed) == (2, 0.0, None)
     # Each cycle is followed for a second longer, in which a person might have reset the machine:
     # the catheter creeps on meanwhile.
     # So its sensors' noise is another one, and a phase may end some hundredths of a second later.
@@ -78,9 +78,10 @@ def test_what_breaks_stays_broken_and_a_person_resets_what_halts() -> None:
     assert [cycle.outcome.completed for cycle in day.cycles] == [True, False, False]
     assert day.reset_cycles == (2, 3)
     (fault,) = day.faults
-    assert (fault["instant"], fault["cycle"], fault["at_s"]) == ("@3614", 2, 14.0)
-    assert fault["noticed"]["cycle"] == 2
-    assert fault["noticed"]["after_s"] > 0.0
+    assert (fault.instant, fault.cycle, fault.at_s) == ("@3614", 2, 14.0)
+    assert fault.noticed is not None
+    assert fault.noticed.cycle == 2
+    assert fault.noticed.after_s > 0.0
     # The next cycle finds out before the catheter goes in.
     assert day.cycles[2].outcome.exposure.in_airway_s == 0.0
     assert any("halted in cycle 2, 3" in note for note in day_summary.notes(day))
@@ -102,10 +103,11 @@ def test_a_fault_may_be_noticed_cycles_after_it_came() -> None:
     """A relief valve that does not open is found by the next pre-use test."""
     day, _ = played("relief-failed@suctioning")
     (fault,) = day.faults
-    assert fault["cycle"] == 1
-    assert fault["noticed"]["cycle"] == 2
-    assert fault["noticed"]["name"] == "relief-opens"
-    assert fault["noticed"]["after_s"] == pytest.approx(3600.0, abs=60.0)
+    assert fault.cycle == 1
+    assert fault.noticed is not None
+    assert fault.noticed.cycle == 2
+    assert fault.noticed.name == "relief-opens"
+    assert fault.noticed.after_s == pytest.approx(3600.0, abs=60.0)
 
 
 def test_between_two_cycles_the_patient_has_the_fault() -> None:

@@ -68,8 +68,7 @@ def test_a_person_looks_at_the_patient_after_every_third_pass_and_answers_before
     said = " ".join(day_summary.notes(found))
     assert "looked at the patient 2 times" in said
     assert "confirmed by a person before 8 cycles" in said
-    data = day_summary.plain(found)
-    assert data["assessments"] == 2
+    assert day_summary.summary(found).assessments == 2
 
 
 def test_oxygen_is_given_before_each_cycle_and_taken_back_after_it() -> None:

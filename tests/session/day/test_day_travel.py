@@ -17,6 +17,7 @@ from opensuction.identification.estimator.mouth_passage import (
 )
 from opensuction.report import sheet
 from opensuction.report.day import day_page
+from opensuction.result.plain import to_json
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
@@ -104,8 +105,8 @@ def test_a_patient_who_is_moved_between_cycles_is_followed_as_far_as_he_was() ->
 
 def test_what_was_learned_stands_in_json_and_page(tmp_path: Path) -> None:
     day = played(prepared(chosen(tmp_path, "adult-icu", 1, 1.1, 1.0)))
-    rows = day_summary.plain(day)["cycles"]
-    first, second = rows[0]["gap"], rows[1]["gap"]
+    rows = day_summary.summary(day).cycles
+    first, second = (to_json(row)["gap"] for row in rows[:2])
     assert first["finding"] == "learned"
     assert first["contact_scale"] is None
     assert first["mouth_missed"] is None

@@ -13,6 +13,7 @@ from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.report import series
+from opensuction.result.plain import to_json
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.recorded import recorded_cycle, report_run
 from opensuction.session.recorded.report_run import Report
@@ -42,7 +43,7 @@ def report(real: Path) -> Report:
 
 @pytest.fixture(scope="module")
 def summary(report: Report) -> dict[str, Any]:
-    return report.summary
+    return to_json(report.result)
 
 
 def test_what_only_the_twin_knows_is_not_known(summary: dict[str, Any]) -> None:
@@ -98,9 +99,9 @@ def test_the_page_says_whose_word_it_is(report: Report) -> None:
 
 def test_what_the_twin_wrote_beside_it_is_shown(cycle: Played) -> None:
     report = report_run.run([cycle.path])
-    assert report.summary["has_truth"] is True
+    assert to_json(report.result)["has_truth"] is True
     removed = cycle.ran.columns["truth.secretion_removed_ml"]
-    assert report.summary["secretion"]["removed_ml"] == pytest.approx(
+    assert report.result.secretion.removed_ml == pytest.approx(
         float(removed[-1] - removed[0]), abs=0.01
     )
     assert {"tip", "estimated", "removed"} <= set(payload(report.html)["series"])
@@ -151,9 +152,9 @@ def test_a_part_of_a_recorder_that_died_as_it_began_keeps_no_other_from_its_repo
     heading = played.without_rows(real)
     first.write_bytes(heading if held == "a heading" else b"")
     report = report_run.run([first, second])
-    assert report.summary["outcome"] == report_run.run([real]).summary["outcome"]
-    assert str(first) in report.summary["flaw"]
-    assert report.summary["damaged"] is False
+    assert report.result.outcome == report_run.run([real]).result.outcome
+    assert str(first) in (report.flaw or "")
+    assert report.is_damaged is False
     with pytest.raises(InputError, match=r"h\.mcap: "):
         report_run.run([first])
     # What was written over is told of, whatever lies beside it.
@@ -172,7 +173,7 @@ def test_a_recording_that_stops_inside_is_not_completed(real: Path, tmp_path: Pa
     with RecordingWriter(path, reader.heading, TABLES) as file:
         file.add_rows(TICKS, times[:until], table[:until])
     report = report_run.run([path])
-    assert report.summary["outcome"] == "interrupted"
+    assert report.result.outcome == "interrupted"
     assert "CATHETER STILL IN THE AIRWAY AS THE RECORDING ENDS" in report.html
     assert '<p class="outcome bad"' in report.html
 
@@ -205,7 +206,7 @@ def test_damaged_and_cut_files_end_in_a_page_or_one_line(real: Path, tmp_path: P
             assert "\n" not in str(refused)
         else:
             pages += 1
-            assert report.summary["flaw"] is not None
+            assert report.flaw is not None
             assert "The file is not whole" in report.html
     assert pages > 0
 

@@ -11,13 +11,14 @@ from opensuction.cli.command import cycle_help
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
-from opensuction.result.plain import Json
 from opensuction.session.choice import CycleChoice, DayChoice
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.result.cycle_result import CycleResult
+    from opensuction.result.day_result import DayResult
     from opensuction.session.cycle.cycle_run import Prepared
     from opensuction.simulation.injection.injection import InjectedRun
     from opensuction.simulation.trace import Columns
@@ -161,12 +162,13 @@ def _run_cycle(
 
     found = _play(prepared, console, pacer)
     factor = cycle_run.realtime_factor(prepared)
-    data = cycle_summary.summary(prepared, found.columns, progress.elapsed_s, factor)
-    data["faults"] = fault_run.plain(found)
-    html = page.render(data, found.columns, machine_summary.sections(prepared))
+    faults = fault_run.on_record(found)
+    result = cycle_summary.summary(prepared, found.columns, faults)
+    result = cycle_summary.timed(result, progress.elapsed_s, factor)
+    html = page.render(result, found.columns, machine_summary.sections(prepared))
     files = {"report.html": html, **_record(options, prepared, found, progress)}
     _write_trace(options, found.columns, progress)
-    return _write_up(data, files, progress, options.trace)
+    return _write_up(result, None, files, progress, options.trace)
 
 
 def _run_day(
@@ -197,37 +199,54 @@ def _run_day(
 
     day = progress.wait(lambda: day_run.play(prepared, asked, tell))
     factor = cycle_run.realtime_factor(prepared)
-    data = cycle_summary.summary(day.last, day.columns, progress.elapsed_s, factor)
-    data["alarms"] += day_summary.gap_alarms(day, data["timing"]["cycle_s"])
-    data["faults"] = list(day.faults)
-    data["day"] = day_summary.plain(day, reports)
-    for note in data["day"]["notes"]:
+    result = cycle_summary.summary(day.last, day.columns, day.faults)
+    result = cycle_summary.timed(result, progress.elapsed_s, factor)
+    refused = day_summary.gap_alarms(day, result.timing.cycle_s)
+    result = result._replace(alarms=result.alarms + refused)
+    whole = day_summary.summary(day, reports)
+    for note in whole.notes:
         console.print(f"Note: {note}", soft_wrap=True)
     files = {
-        "day.html": sheet.render(day_page.page(data, day.samples._asdict())),
-        "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
+        "day.html": sheet.render(day_page.page(result, whole, day.samples)),
+        "report.html": page.render(result, day.columns, machine_summary.sections(day.last)),
         **cycle_report.list_pages(reports),
         **_record(options, day.last, day.ran, progress),
     }
     _write_trace(options, day.columns, progress)
-    return _write_up(data, files, progress, options.trace)
+    return _write_up(result, whole, files, progress, options.trace)
 
 
 def _write_up(
-    data: Json, made: Mapping[str, str | bytes], progress: "ProgressTeller", trace: Path | None
+    result: "CycleResult",
+    day: "DayResult | None",
+    made: Mapping[str, str | bytes],
+    progress: "ProgressTeller",
+    trace: Path | None,
 ) -> CommandResult:
-    data["trace"] = None if trace is None else str(trace)
-    data["recording"] = RECORDING if RECORDING in made else None
-    data["wall_s"] = progress.elapsed_s
-    files: dict[str, str | bytes] = {**made, "cycle.json": to_text(data), **_sound(data)}
-    from opensuction.report.day import day_verdict
-    from opensuction.report.summary import is_good
+    from opensuction.result.plain import to_json
+    from opensuction.session.cycle import cycle_summary
+
+    result = cycle_summary.filed(
+        result,
+        wall_s=progress.elapsed_s,
+        trace=None if trace is None else str(trace),
+        recording=RECORDING if RECORDING in made else None,
+    )
+    data = to_json(result) | ({} if day is None else {"day": to_json(day)})
+    files: dict[str, str | bytes] = {**made, "cycle.json": to_text(data), **_sound(result)}
+
+    def summarise(console: "Console", folder: Path) -> None:
+        from opensuction.report import terminal
+
+        if day is not None:
+            console.print("The last of these cycles:")
+        terminal.print_summary(console, result, _named(folder, list(files), trace))
 
     return CommandResult(
         data,
         files,
-        lambda console, folder: _summarise(console, data, _named(folder, list(files), trace)),
-        is_good=is_good(data) and day_verdict.is_good(data.get("day")),
+        summarise,
+        is_good=result.is_good and (day is None or day.is_good),
         stale=() if RECORDING in files else (RECORDING,),
     )
 
@@ -243,23 +262,15 @@ def _named(folder: Path, names: list[str], trace: Path | None) -> list[str]:
     return listed
 
 
-def _sound(data: Json) -> dict[str, bytes]:
+def _sound(result: "CycleResult") -> dict[str, bytes]:
     """What was heard of the most urgent alarm; nothing where there was none."""
     from opensuction.report.cycle import alarm_sound
     from opensuction.safety.priority import Priority
 
-    if not data["alarms"]:
+    if not result.alarms:
         return {}
-    loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])
+    loudest = max(Priority[alarm.priority.upper()] for alarm in result.alarms)
     return {SOUND: alarm_sound.encode(loudest)}
-
-
-def _summarise(console: "Console", data: Json, files: list[str]) -> None:
-    from opensuction.report import terminal
-
-    if "day" in data:
-        console.print("The last of these cycles:")
-    terminal.print_summary(console, data, files)
 
 
 COMMAND = Command(

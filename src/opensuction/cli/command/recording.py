@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.result.cycle_result import CycleResult
 
 PAGE, DATA = "report.html", "report.json"
 HEADING = "recording.json"
@@ -48,28 +49,30 @@ class ReportOptions(NamedTuple):
 def _report(options: ReportOptions) -> int:
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         from opensuction.cli.delivery import to_text
+        from opensuction.result.plain import to_json
         from opensuction.session.recorded import on_record, report_run
 
         known = on_record.find(options.recording, options.database)
         found = report_run.run([options.recording], known.sentence)
-        data = {**found.summary, "on_record": known.to_json()}
-        _tell_flaw(data, progress)
+        data = {**to_json(found.result), "on_record": known.to_json()}
+        if found.flaw is not None:
+            progress.tell(found.flaw)
         if known.is_faulty:
             progress.tell(known.sentence)
         return CommandResult(
             data,
             {PAGE: found.html, DATA: to_text(data)},
-            lambda console, final: _summarise_report(console, data, final),
-            is_good=not data["damaged"] and not known.is_faulty,
+            lambda console, final: _summarise_report(console, found.result, final),
+            is_good=not found.is_damaged and not known.is_faulty,
         )
 
     return deliver(options.results, "report", work, "Reading")
 
 
-def _summarise_report(console: "Console", data: Json, folder: Path) -> None:
+def _summarise_report(console: "Console", found: "CycleResult", folder: Path) -> None:
     from opensuction.report import terminal
 
-    terminal.print_summary(console, data, [folder / PAGE, folder / DATA])
+    terminal.print_summary(console, found, [folder / PAGE, folder / DATA])
 
 
 def _replay(options: ReplayOptions) -> int:

@@ -88,25 +88,26 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
     from opensuction.evidence.trial import part, trial_summary
     from opensuction.report import terminal
     from opensuction.report.cycle import page
-    from opensuction.report.summary import is_good
+    from opensuction.result.plain import to_json
     from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
 
     found = part.play_again(trial, number)
     factor = cycle_run.realtime_factor(found.prepared)
-    data = cycle_summary.summary(found.prepared, found.run.columns, progress.elapsed_s, factor)
-    data["faults"] = fault_run.plain(found.run)
-    data["trial"] = trial_summary.plain_case(trial, found.case)
-    html = page.render(data, found.run.columns, machine_summary.sections(found.prepared))
-    data["wall_s"] = progress.elapsed_s
+    faults = fault_run.on_record(found.run)
+    result = cycle_summary.summary(found.prepared, found.run.columns, faults)
+    result = cycle_summary.timed(result, progress.elapsed_s, factor)
+    html = page.render(result, found.run.columns, machine_summary.sections(found.prepared))
+    result = cycle_summary.timed(result, progress.elapsed_s, factor)
+    data = to_json(result) | {"trial": trial_summary.plain_case(trial, found.case)}
     files = {"report.html": html, "cycle.json": to_text(data)}
 
     def summarise(console: "Console", folder: Path) -> None:
-        terminal.print_summary(console, data, [folder / name for name in files])
+        terminal.print_summary(console, result, [folder / name for name in files])
         for one in data["trial"]["violations"]:
             for line in trial_words.violation(one).splitlines():
                 console.print(line, soft_wrap=True)
 
-    return CommandResult(data, files, summarise, is_good=is_good(data))
+    return CommandResult(data, files, summarise, is_good=result.is_good)
 
 
 def _run(options: TrialOptions) -> int:

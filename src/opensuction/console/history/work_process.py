@@ -83,29 +83,29 @@ def replay(paths: list[Path]) -> dict[str, Any]:
 
 def figures(paths: list[Path]) -> dict[str, Any]:
     """The figures of one recording that trends are made of; None for what is not known."""
-    from opensuction.report.summary import number, rows
     from opensuction.session.recorded import recorded_cycle, recorded_summary
 
-    data = recorded_summary.summary(recorded_cycle.read(paths))
-    pressure = "airway_pressure_cmh2o"
+    cycle = recorded_cycle.read(paths)
+    result = recorded_summary.summary(cycle)
     known: dict[str, Any] = {
-        "gap_mm": number(data, "gap_mm"),
-        "alarms": float(len(rows(data, "alarms"))),
+        "gap_mm": recorded_summary.gap_mm(cycle),
+        "alarms": float(len(result.alarms)),
     }
-    if not number(data, "timing", "negative_pressure_s"):
+    if not result.timing.negative_pressure_s:
         return known  # what never came to suction says nothing of suction
+    pressure, rate = result.signs.airway_pressure_cmh2o, result.signs.heart_rate_per_min
     return known | {
-        "deepest_mm": number(data, "tip", "deepest_mm"),
-        "contact_mm": number(data, "contact", "touched_mm"),
-        "removed_ml": number(data, "secretion", "removed_ml"),
-        "dwell_s": number(data, "timing", "dwell_s"),
-        "suction_s": number(data, "timing", "negative_pressure_s"),
-        "in_airway_s": number(data, "timing", "in_airway_s"),
-        "vacuum_mmhg": number(data, "vacuum", "peak_mmhg"),
-        "airway_lowest_cmh2o": number(data, "vitals", pressure, "lowest"),
-        "airway_highest_cmh2o": number(data, "vitals", pressure, "highest"),
-        "spo2_percent": number(data, "spo2_nadir_percent"),
-        "heart_rate_per_min": number(data, "vitals", "heart_rate_per_min", "lowest"),
+        "deepest_mm": result.tip.deepest_mm,
+        "contact_mm": recorded_summary.touched_mm(cycle),
+        "removed_ml": result.secretion.removed_ml,
+        "dwell_s": result.timing.dwell_s,
+        "suction_s": result.timing.negative_pressure_s,
+        "in_airway_s": result.timing.in_airway_s,
+        "vacuum_mmhg": result.vacuum.peak_mmhg,
+        "airway_lowest_cmh2o": None if pressure is None else pressure.lowest,
+        "airway_highest_cmh2o": None if pressure is None else pressure.highest,
+        "spo2_percent": result.spo2_nadir_percent,
+        "heart_rate_per_min": None if rate is None else rate.lowest,
     }
 
 

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from opensuction.report import airway_geometry, figures
 from opensuction.report.airway_geometry import Depth, Mark, Tick, y_px
-from opensuction.report.summary import Summary, is_inside, number
 from opensuction.report.wording import depth_words, quantity
+from opensuction.result.cycle_result import CycleResult
 
 SAME_MM = 0.5
 """A deepest position this near to where the tip is now is not drawn beside it."""
@@ -33,43 +33,43 @@ class Drawing(NamedTuple):
     """The drawing in words, for those who do not see it."""
 
 
-def cap_name(summary: Summary) -> str:
+def cap_name(result: CycleResult) -> str:
     """What a cap is: a depth that is never passed, or where the search for the carina ends."""
-    return "Search ends" if figures.is_search_cap(summary) else "Cap"
+    return "Search ends" if figures.is_search_cap(result) else "Cap"
 
 
-def _depths(summary: Summary) -> list[Depth]:
+def _depths(result: CycleResult) -> list[Depth]:
     """What has a name and a depth."""
-    deepest, now = number(summary, "tip", "deepest_mm"), number(summary, "tip", "end_mm")
+    deepest, now = result.tip.deepest_mm, result.tip.end_mm
     if deepest is not None and now is not None and deepest - now < SAME_MM:
         deepest = None
-    cap_kind = "search" if figures.is_search_cap(summary) else "cap"
+    cap_kind = "search" if figures.is_search_cap(result) else "cap"
     named = [
         ("Tube end", "tube", 0.0),
-        ("Target", "target", number(summary, "tip", "target_mm")),
+        ("Target", "target", result.tip.target_mm),
         ("Deepest tip", "deepest", deepest),
         ("Tip now", "now", now),
-        (cap_name(summary), cap_kind, number(summary, "anatomy", "cap_mm")),
-        ("Carina", "carina", number(summary, "anatomy", "carina_mm")),
+        (cap_name(result), cap_kind, result.anatomy.cap_mm),
+        ("Carina", "carina", result.anatomy.carina_mm),
     ]
     return [Depth(name, kind, mm) for name, kind, mm in named if mm is not None]
 
 
-def drawing(summary: Summary) -> Drawing | None:
-    """Drawing of a cycle, or None where the summary has no deepest tip position."""
-    deepest = number(summary, "tip", "deepest_mm")
+def drawing(result: CycleResult) -> Drawing | None:
+    """Drawing of a cycle, or None where the result has no deepest tip position."""
+    deepest = result.tip.deepest_mm
     if deepest is None:
         return None
-    depths = airway_geometry.visible(_depths(summary))
-    boundary = number(summary, "anatomy", "patient_boundary_mm")
-    still = airway_geometry.lay_out(depths, number(summary, "anatomy", "carina_mm"), boundary)
+    depths = airway_geometry.visible(_depths(result))
+    boundary = result.anatomy.patient_boundary_mm
+    still = airway_geometry.lay_out(depths, result.anatomy.carina_mm, boundary)
     listed = "; ".join(f"{name.lower()} at {depth:.1f} mm" for name, _, depth in depths)
     kinds = {kind: depth for _, kind, depth in depths}
-    caption = _caption(summary, "deepest" in kinds)
+    caption = _caption(result, "deepest" in kinds)
     return Drawing(
         **still._asdict(),
         now_px=y_px(kinds["now"]) if "now" in kinds else None,
-        bend_share=airway_geometry.bend_share(number(summary, "tip", "end_mm"), boundary),
+        bend_share=airway_geometry.bend_share(result.tip.end_mm, boundary),
         deepest_px=y_px(kinds["deepest"]) if "deepest" in kinds else None,
         caption=caption,
         description=(
@@ -80,17 +80,17 @@ def drawing(summary: Summary) -> Drawing | None:
     )
 
 
-def _caption(summary: Summary, is_ghost_drawn: bool) -> str:
+def _caption(result: CycleResult, is_ghost_drawn: bool) -> str:
     """What is drawn of the catheter, and what its cap is."""
-    end_mm = number(summary, "tip", "end_mm")
+    end_mm = result.tip.end_mm
     said = []
-    if is_inside(summary) and end_mm is not None:
+    if result.is_inside and end_mm is not None:
         said.append(f"The catheter is still inside, its tip {depth_words(end_mm)}.")
     elif end_mm is not None:
         said.append("The catheter is out at the end of the record.")
     if is_ghost_drawn:
         said.append("Dashed: where the tip was at its deepest.")
-    if figures.is_search_cap(summary):
+    if figures.is_search_cap(result):
         said.append(
             "The tip stops where it touches the carina; the search for it ends at a depth beyond."
         )

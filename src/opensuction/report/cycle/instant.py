@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.report.notice import notices
-from opensuction.report.summary import Summary, number, rows
+from opensuction.result.cycle_result import CycleResult
 
 TOGETHER_S = 0.25
 """What comes within this time of the one before stands at one mark: their names would overlap."""
@@ -18,21 +18,20 @@ class Instant(NamedTuple):
     time_s: float
 
 
-def _found(summary: Summary, part: str, name: str, time: str) -> list[tuple[float, str]]:
-    """Times and names of a list in the summary; what never came to pass is left out."""
-    found = []
-    for entry in rows(summary, part):
-        time_s = number(entry, time)
-        if time_s is not None:
-            found.append((time_s, str(entry.get(name, "")).replace("-", " ")))
-    return sorted(found)
+def _injected(result: CycleResult) -> list[tuple[float, str]]:
+    """Times and names of injected faults; one whose instant never came is left out."""
+    return sorted(
+        (fault.at_s, fault.name.replace("-", " "))
+        for fault in result.faults
+        if fault.at_s is not None
+    )
 
 
-def _raised(summary: Summary) -> list[tuple[float, str]]:
+def _raised(result: CycleResult) -> list[tuple[float, str]]:
     """Times and names of alarms, whoever raised them."""
     return sorted(
         (notice.started_s, notice.condition.replace("-", " "))
-        for notice in notices(summary)
+        for notice in notices(result)
         if notice.started_s is not None
     )
 
@@ -50,9 +49,9 @@ def _gather(what: str, hue: str, found: list[tuple[float, str]]) -> list[Instant
     ]
 
 
-def instants(summary: Summary) -> list[Instant]:
+def instants(result: CycleResult) -> list[Instant]:
     """Injected faults, then alarms, each in the order of time."""
     return [
-        *_gather("Fault", "fault", _found(summary, "faults", "name", "at_s")),
-        *_gather("Alarm", "bad", _raised(summary)),
+        *_gather("Fault", "fault", _injected(result)),
+        *_gather("Alarm", "bad", _raised(result)),
     ]

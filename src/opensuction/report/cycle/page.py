@@ -6,28 +6,14 @@ from typing import Any, NamedTuple
 from opensuction.report import figures, headline, html, narrative, notice, series, wording
 from opensuction.report.cycle import airway_drawing, instant, requirement
 from opensuction.report.series import Trace
-from opensuction.report.summary import (
-    Summary,
-    flatten,
-    is_inside,
-    number,
-    rows,
-    text,
-    value,
-    write_seed,
-)
-from opensuction.report.summary import warnings as warnings_of
+from opensuction.result.cycle_result import CycleResult
+from opensuction.result.plain import flatten, to_json
 
 Sections = Mapping[str, Mapping[str, Any]]
 """Tables by title: names and values, which may be nested."""
 
 SCRIPTS = ("plot_parts.js", "loop_plot.js", "patient_plots.js", "plots.js")
 """In this order: each uses those before it."""
-
-RUN = ("machine", "protocol", "approach", "compensation", "patient", "catheter", "conduit", "seed")
-"""What ran, in the order of the page."""
-SOFTWARE = ("version", "wall_s", "realtime_factor")
-"""How it was computed."""
 
 
 SHORTEST_S = 0.05
@@ -46,14 +32,10 @@ class PhaseBand(NamedTuple):
     width_percent: float
 
 
-def bands(summary: Summary) -> list[PhaseBand]:
+def bands(result: CycleResult) -> list[PhaseBand]:
     """Phases that took time, each with its share of the time line; the rest after them is none."""
-    known: list[tuple[str, float, float]] = []
-    for phase in rows(summary, "phases"):
-        start, end = number(phase, "start_s"), number(phase, "end_s")
-        if start is not None and end is not None and end - start >= SHORTEST_S:
-            known.append((str(phase.get("name", "")), start, end))
-    while known and known[-1][0] in wording.REST:
+    known = [phase for phase in result.phases if phase.end_s - phase.start_s >= SHORTEST_S]
+    while known and known[-1].name in wording.REST:
         known.pop()
     total = sum(end - start for _, start, end in known)
     listed = []
@@ -64,55 +46,67 @@ def bands(summary: Summary) -> list[PhaseBand]:
     return listed
 
 
-def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple[str, Any]]]:
+def _tables(result: CycleResult, sections: Sections | None) -> dict[str, list[tuple[str, Any]]]:
     """Tables at the end of the page by title: what ran, what was set, what it ran on."""
-    drawn = {"seed": write_seed(summary)}
-    tables = {"This run": [(key, drawn.get(key, value(summary, key))) for key in RUN]}
-    identification = value(summary, "identification")
-    if isinstance(identification, Mapping):
-        tables["Identification of the transmission"] = flatten(identification)
+    simulated = result.simulated
+    tables: dict[str, list[tuple[str, Any]]] = {"This run": list(ran(result).items())}
+    if simulated is not None and simulated.identification is not None:
+        model = to_json(simulated.identification)
+        tables["Identification of the transmission"] = flatten(model)
     for title, section in (sections or {}).items():
         tables[title] = flatten(section)
-    tables["Software"] = [(key, value(summary, key)) for key in SOFTWARE]
+    tables["Software"] = [
+        ("version", result.version),
+        ("wall_s", simulated and simulated.wall_s),
+        ("realtime_factor", simulated and simulated.realtime_factor),
+    ]
     return tables
 
 
-def _ran(summary: Summary) -> list[tuple[str, str]]:
-    """What ran, as the head of the page says it."""
-    words = {key: text(summary, key) for key in RUN} | {"seed": write_seed(summary)}
-    return [(key, word) for key, word in words.items() if word is not None]
+def ran(result: CycleResult) -> dict[str, str | None]:
+    """What ran, by name in the order of the page; None where it does not apply."""
+    return {
+        "machine": result.machine,
+        "protocol": result.protocol,
+        "approach": result.approach,
+        "compensation": result.compensation,
+        "patient": result.patient,
+        "catheter": result.catheter,
+        "conduit": None if result.simulated is None else result.simulated.conduit,
+        "seed": result.drawn_by,
+    }
 
 
 def _plots(
-    summary: Summary, trace: Trace, phases: list[PhaseBand], is_one_of_many: bool
+    result: CycleResult, trace: Trace, phases: list[PhaseBand], is_one_of_many: bool
 ) -> dict[str, Any]:
     """What the page's script draws."""
     coarser = series.COARSE if is_one_of_many else 1
     return {
-        "series": series.machine(summary, trace, series.BUCKETS // coarser),
-        "patient": series.patient(summary, trace, series.BREATHS_BUCKETS // coarser),
+        "series": series.machine(result, trace, series.BUCKETS // coarser),
+        "patient": series.patient(result, trace, series.BREATHS_BUCKETS // coarser),
         "phases": [[band.label, band.kind, band.start_s, band.end_s] for band in phases],
-        "instants": instant.instants(summary),
-        "target_mm": number(summary, "tip", "target_mm"),
-        "focus_s": series.focus_s(summary),
-        "is_quiet_after": _is_quiet_after(summary),
-        "cap_name": airway_drawing.cap_name(summary),
-        "cap_mm": number(summary, "anatomy", "cap_mm"),
-        "boundary_mm": number(summary, "anatomy", "patient_boundary_mm"),
-        "setpoint_mmhg": number(summary, "vacuum", "setpoint_mmhg"),
+        "instants": instant.instants(result),
+        "target_mm": result.tip.target_mm,
+        "focus_s": series.focus_s(result),
+        "is_quiet_after": _is_quiet_after(result),
+        "cap_name": airway_drawing.cap_name(result),
+        "cap_mm": result.anatomy.cap_mm,
+        "boundary_mm": result.anatomy.patient_boundary_mm,
+        "setpoint_mmhg": result.vacuum.setpoint_mmhg,
     }
 
 
-def _is_quiet_after(summary: Summary) -> bool:
+def _is_quiet_after(result: CycleResult) -> bool:
     """Whether nothing happens to the machine once the cycle is over: its plots begin with that."""
-    end_s = series.focus_s(summary)
-    if end_s is None or is_inside(summary):
+    end_s = series.focus_s(result)
+    if end_s is None or result.is_inside:
         return False
-    return all(found.time_s <= end_s for found in instant.instants(summary))
+    return all(found.time_s <= end_s for found in instant.instants(result))
 
 
 def render(
-    summary: Summary,
+    result: CycleResult,
     trace: Trace,
     sections: Sections | None = None,
     *,
@@ -120,27 +114,26 @@ def render(
 ) -> str:
     """The report of one cycle as a self-contained HTML page.
 
-    summary: the JSON object of the ``cycle`` command; what is null or missing is shown as not
-    simulated or left out. trace: columns of ``simulation.closed_loop`` by name; those that are
-    missing are not drawn. sections: further tables for the end of the page, for example
-    ``{"Protocol settings": {"travel_mm": 90.0}}``. is_one_of_many: smaller, with
-    less detail.
+    result: what is None in it is shown as not simulated or left out. trace: columns of
+    ``simulation.closed_loop`` by name; those that are missing are not drawn. sections: further
+    tables for the end of the page, for example ``{"Protocol settings": {"travel_mm": 90.0}}``.
+    is_one_of_many: smaller, with less detail.
     """
-    phases = bands(summary)
+    phases = bands(result)
     context = {
-        "summary": summary,
-        "first": headline.headline(summary),
-        "sentences": narrative.sentences(summary),
-        "warnings": warnings_of(summary),
-        "figures": figures.figures(summary),
-        "requirements": requirement.requirements(summary),
-        "check_items": rows(value(summary, "check") or {}, "items"),
+        "result": result,
+        "first": headline.headline(result),
+        "sentences": narrative.sentences(result),
+        "warnings": result.warnings,
+        "figures": figures.figures(result),
+        "requirements": requirement.requirements(result),
+        "check_items": result.check.items,
         "phases": phases,
-        "drawing": airway_drawing.drawing(summary),
-        "trips": rows(summary, "trips"),
-        "alarms": notice.notices(summary),
-        "run": _ran(summary),
-        "tables": _tables(summary, sections),
-        "plots": _plots(summary, trace, phases, is_one_of_many),
+        "drawing": airway_drawing.drawing(result),
+        "trips": result.trips,
+        "alarms": notice.notices(result),
+        "run": [(name, word) for name, word in ran(result).items() if word is not None],
+        "tables": _tables(result, sections),
+        "plots": _plots(result, trace, phases, is_one_of_many),
     }
     return html.render("page.html.j2", SCRIPTS, **context)

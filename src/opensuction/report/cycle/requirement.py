@@ -2,14 +2,16 @@
 
 from typing import NamedTuple
 
-from opensuction.report.summary import Summary, number, rows, text, value
 from opensuction.report.wording import amount
+from opensuction.result.cycle_result import CycleResult, PlannedCheck
 
 BY_DESIGN = (
     "below the tube the tip goes in at 10 mm/s and no faster, so the way in alone takes seconds "
     "that a hand does not; the time under suction is kept within 15 s"
 )
 """Why a cycle stays in the airway for longer than a guideline for hands allows."""
+STAY = "time in the airway"
+"""Name of the check that a guideline for hands has, too."""
 
 
 class Requirement(NamedTuple):
@@ -19,36 +21,35 @@ class Requirement(NamedTuple):
     planned: str
     limit: str
     """With ``below`` or ``at most``."""
-    met: bool | None
-    """None where it is not known."""
+    met: bool
     source: str
 
 
-def requirements(summary: Summary) -> list[Requirement]:
-    """Requirements in the order of the summary; empty where it has none."""
+def requirements(result: CycleResult) -> list[Requirement]:
+    """Requirements in the order of the result; empty where it has none."""
     listed = []
-    for check in rows(summary, "checks"):
-        unit = text(check, "unit") or ""
-        word = "below" if value(check, "strict") is True else "at most"
-        limit, met = number(check, "limit"), value(check, "ok")
+    for check in _checks(result):
+        word = "below" if check.strict else "at most"
         listed.append(
             Requirement(
-                name=(text(check, "name") or "?").capitalize(),
-                planned=amount(number(check, "value"), unit, 3),
-                limit="-" if limit is None else f"{word} {amount(limit, unit, 3)}",
-                met=met if isinstance(met, bool) else None,
-                source=text(check, "source") or "",
+                name=check.name.capitalize(),
+                planned=amount(check.value, check.unit, 3),
+                limit=f"{word} {amount(check.limit, check.unit, 3)}",
+                met=check.ok,
+                source=check.source,
             )
         )
-    return listed + _by_hand(summary)
+    return listed + _by_hand(result)
 
 
-def _by_hand(summary: Summary) -> list[Requirement]:
+def _checks(result: CycleResult) -> tuple[PlannedCheck, ...]:
+    return () if result.simulated is None else result.simulated.checks
+
+
+def _by_hand(result: CycleResult) -> list[Requirement]:
     """From insertion to removal as a guideline for hands has it, where it applies, and why not."""
-    limit = number(summary, "timing", "in_airway_guideline_s")
-    planned = next(
-        (number(check, "value") for check in rows(summary, "checks") if _is_stay(check)), None
-    )
+    limit = result.timing.in_airway_guideline_s
+    planned = next((check.value for check in _checks(result) if check.name == STAY), None)
     if limit is None or planned is None:
         return []
     met = planned <= limit
@@ -61,7 +62,3 @@ def _by_hand(summary: Summary) -> list[Requirement]:
             source="[ACI-2014]" + ("" if met else f", exceeded by design: {BY_DESIGN}"),
         )
     ]
-
-
-def _is_stay(check: Summary) -> bool:
-    return text(check, "name") == "time in the airway"

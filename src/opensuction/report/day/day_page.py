@@ -1,52 +1,51 @@
 """A day of cycles as a page, and what self-calibration found in it."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from opensuction.kernel.constant import HOUR_S
 from opensuction.report.day import day_verdict
-from opensuction.report.notice import notices
+from opensuction.report.notice import gather
 from opensuction.report.sheet import Cell, Curve, Plot, Rounded, Section, Sheet, Table, Values
-from opensuction.report.summary import Summary, write_seed
+from opensuction.result.cycle_result import CycleResult
+from opensuction.result.day_result import DayCycleResult, DayResult, DaySamples, GapResult
 
-COLUMNS = {
-    "at, h": ("start_h", 2),
-    "secretions before, mL": ("secretion_before_ml", 1),
-    "removed, mL": ("removed_ml", 1),
-    "removed, %": ("removed_percent", 0),
-    "suction, s": ("negative_pressure_s", 1),
-    "in the airway, s": ("in_airway_s", 1),
-    "lowest SpO2, %": ("spo2_nadir_percent", 1),
-    "lung volume lost, mL": ("lung_volume_loss_ml", 0),
-    "catheter age, h": ("catheter_age_h", 1),
+COLUMNS: dict[str, tuple[Callable[[DayCycleResult], float | None], int]] = {
+    "at, h": (lambda cycle: cycle.start_min / 60.0, 2),
+    "secretions before, mL": (lambda cycle: cycle.secretion_before_ml, 1),
+    "removed, mL": (lambda cycle: cycle.removed_ml, 1),
+    "removed, %": (lambda cycle: cycle.removed_percent, 0),
+    "suction, s": (lambda cycle: cycle.negative_pressure_s, 1),
+    "in the airway, s": (lambda cycle: cycle.in_airway_s, 1),
+    "lowest SpO2, %": (lambda cycle: cycle.spo2_nadir_percent, 1),
+    "lung volume lost, mL": (lambda cycle: cycle.lung_volume_loss_ml, 0),
+    "catheter age, h": (lambda cycle: cycle.catheter_age_h, 1),
 }
-"""Numbers of the table by heading: the key of a cycle or of what `_cycles` adds, and decimals."""
-SCALES = {
-    "compensated": "used_scale",
-    "contact says": "contact_scale",
-    "barrier says": "mouth_scale",
-    "next cycle": "next_scale",
-    "least": "least_scale",
-    "most": "most_scale",
+"""Numbers of the table by heading: how a cycle has them, and decimals."""
+GapValue = Callable[[GapResult], float | None]
+SCALES: dict[str, GapValue] = {
+    "compensated": lambda gap: gap.used_scale,
+    "contact says": lambda gap: gap.contact_scale,
+    "barrier says": lambda gap: gap.mouth_scale,
+    "next cycle": lambda gap: gap.next_scale,
+    "least": lambda gap: gap.least_scale,
+    "most": lambda gap: gap.most_scale,
 }
-"""Of a cycle's ``gap``, by the heading of its column."""
-OFFSETS = {
-    "tip compensated, mm deeper": "used_offset_mm",
-    "barrier says, mm": "mouth_offset_mm",
-    "next, mm": "next_offset_mm",
+"""Of a cycle's gap, by the heading of its column."""
+OFFSETS: dict[str, GapValue] = {
+    "tip compensated, mm deeper": lambda gap: gap.used_offset_mm,
+    "barrier says, mm": lambda gap: gap.mouth_offset_mm,
+    "next, mm": lambda gap: gap.next_offset_mm,
 }
 """Likewise, of the tip's offset."""
 
 
-def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
-    """The page. data: the JSON object of the command. samples: of the whole day, by name."""
-    day = data["day"]
-    cycles = day["cycles"]
+def page(last: CycleResult, day: DayResult, samples: DaySamples) -> Sheet:
+    """The page. last: the day's last cycle. samples: of the whole day."""
     first = day_verdict.verdict(day)
     secretions = (
-        f"{day['removed_ml']:.1f} mL of secretions removed, {day['produced_ml']:.1f} mL produced."
+        f"{day.removed_ml:.1f} mL of secretions removed, {day.produced_ml:.1f} mL produced."
     )
     return Sheet(
         title="A day of automated suction cycles",
@@ -55,28 +54,28 @@ def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
         kind=first.kind,
         lead=f"{first.lead} {secretions}".strip(),
         run=(
-            ("machine", data["machine"]),
-            ("patient", data["patient"] or ""),
-            ("protocol", data["protocol"]),
-            ("approach", data["approach"]),
-            ("every", f"{day['every_min']:g} min"),
-            ("seed", write_seed(data) or ""),
-            ("version", data["version"]),
+            ("machine", last.machine or ""),
+            ("patient", last.patient or ""),
+            ("protocol", last.protocol or ""),
+            ("approach", last.approach or ""),
+            ("every", f"{day.every_min:g} min"),
+            ("seed", last.drawn_by or ""),
+            ("version", last.version),
         ),
         sections=(
-            Section("What happened", tuple(day["notes"]), (_cycles(cycles),), _plots(samples)),
-            *gap_sections(cycles),
+            Section("What happened", day.notes, (_cycles(day.cycles),), _plots(samples)),
+            *gap_sections(day.cycles),
         ),
     )
 
 
-def _cycles(cycles: list[dict[str, Any]]) -> Table:
+def _cycles(cycles: Sequence[DayCycleResult]) -> Table:
     rows = tuple(
         (
-            Cell(str(cycle["number"]), "number", cycle.get("report") or ""),
+            Cell(str(cycle.number), "number", _page_of(cycle)),
             Cell(day_verdict.headline_of(cycle), day_verdict.kind_of(cycle)),
-            *_numbers(cycle | {"start_h": cycle["start_min"] / 60.0}),
-            "new" if cycle["catheter_changed"] else "",
+            *(Rounded(value(cycle), decimals) for value, decimals in COLUMNS.values()),
+            "new" if cycle.catheter_changed else "",
             ", ".join(dict.fromkeys(_alarms(cycle))),
         )
         for cycle in cycles
@@ -85,20 +84,20 @@ def _cycles(cycles: list[dict[str, Any]]) -> Table:
     return Table("Cycles: the number leads to the cycle's report", headings, rows)
 
 
-def _numbers(cycle: dict[str, Any]) -> tuple[Rounded, ...]:
-    return tuple(Rounded(cycle[key], decimals) for key, decimals in COLUMNS.values())
+def _page_of(cycle: DayCycleResult) -> str:
+    return "" if cycle.news is None else cycle.news.report or ""
 
 
-def _alarms(cycle: dict[str, Any]) -> list[str]:
+def _alarms(cycle: DayCycleResult) -> list[str]:
     """Names of what people were told, whoever told it, the most urgent first."""
-    return [notice.condition for notice in notices(cycle)]
+    return [notice.condition for notice in gather(cycle.alarms, cycle.told)]
 
 
-def _plots(samples: Mapping[str, Values]) -> tuple[Plot, ...]:
-    time_h = samples["time_s"] / HOUR_S
-    secretions = Curve("secretions", samples["secretion_ml"], "removed")
-    saturation = Curve("SpO2", samples["spo2_percent"], "spo2")
-    loss = Curve("lost", samples["lung_volume_loss_ml"], "loss")
+def _plots(samples: DaySamples) -> tuple[Plot, ...]:
+    time_h = samples.time_s / HOUR_S
+    secretions = Curve("secretions", samples.secretion_ml, "removed")
+    saturation = Curve("SpO2", samples.spo2_percent, "spo2")
+    loss = Curve("lost", samples.lung_volume_loss_ml, "loss")
     gather = "They gather between cycles; each cycle takes what its tip reaches in its time."
     close = "Each suction closes lung units; they open again within minutes."
     listed = (
@@ -112,22 +111,22 @@ def _plots(samples: Mapping[str, Values]) -> tuple[Plot, ...]:
     )
 
 
-def gap_sections(cycles: list[dict[str, Any]]) -> tuple[Section, ...]:
+def gap_sections(cycles: Sequence[DayCycleResult]) -> tuple[Section, ...]:
     """Gap and offset from cycle to cycle with the bounds; none without self-calibration."""
-    learned = [cycle for cycle in cycles if cycle["gap"] is not None]
+    learned = [(cycle, cycle.gap) for cycle in cycles if cycle.gap is not None]
     if not learned:
         return ()
     rows = tuple(
         (
-            cycle["number"],
-            cycle["rmse_mm"],
-            *_learned(cycle, SCALES),
-            *_learned(cycle, OFFSETS),
-            cycle["gap"]["finding"],
-            cycle["gap"]["mouth_missed"] or "",
-            cycle["gap"]["contact_spoilt"] or "",
+            cycle.number,
+            cycle.rmse_mm,
+            *(value(gap) for value in SCALES.values()),
+            *(value(gap) for value in OFFSETS.values()),
+            gap.finding,
+            gap.mouth_missed or "",
+            gap.contact_spoilt or "",
         )
-        for cycle in learned
+        for cycle, gap in learned
     )
     headings = (
         "cycle",
@@ -146,21 +145,21 @@ def gap_sections(cycles: list[dict[str, Any]]) -> tuple[Section, ...]:
         "width too. The governor's bounds on the tip stay those of the identified gap.",
     )
     # A single cycle is a point, and lines would show nothing of it.
-    plots = (_plot_gap(learned), _plot_offset(learned)) if len(learned) > 1 else ()
+    numbers = np.array([cycle.number for cycle, _ in learned], dtype=np.float64)
+    gaps = [gap for _, gap in learned]
+    plots = (_plot_gap(numbers, gaps), _plot_offset(numbers, gaps)) if len(gaps) > 1 else ()
     return (Section("Self-calibration", text, (table,), plots),)
 
 
-def _learned(cycle: dict[str, Any], names: Mapping[str, str]) -> list[float | None]:
-    return [cycle["gap"][name] for name in names.values()]
+def _columns(
+    gaps: list[GapResult], values: dict[str, Callable[[GapResult], float | None]]
+) -> Values:
+    """Values of each cycle's gap, shape (cycles, values); nan where nothing was told."""
+    return np.array([[of(gap) for of in values.values()] for gap in gaps], dtype=np.float64)
 
 
-def _numbers_of(cycles: list[dict[str, Any]]) -> Values:
-    return np.array([cycle["number"] for cycle in cycles], dtype=np.float64)
-
-
-def _plot_gap(cycles: list[dict[str, Any]]) -> Plot:
-    scales = np.array([_learned(cycle, SCALES) for cycle in cycles], dtype=np.float64)
-    used, contact, mouth, _, least, most = scales.T
+def _plot_gap(numbers: Values, gaps: list[GapResult]) -> Plot:
+    used, contact, mouth, _, least, most = _columns(gaps, SCALES).T
     return Plot(
         "Width of the gap, as a multiple of the identified one",
         "Cycle",
@@ -172,14 +171,14 @@ def _plot_gap(cycles: list[dict[str, Any]]) -> Plot:
             Curve("most", most, "head"),
             Curve("least", least, "head"),
         ),
-        _numbers_of(cycles),
+        numbers,
         "What a cycle says is compensated in the next one, never within it; beyond the bounds it "
         "is not used, and no cycle begins.",
     )
 
 
-def _plot_offset(cycles: list[dict[str, Any]]) -> Plot:
-    used, mouth, _ = np.array([_learned(one, OFFSETS) for one in cycles], dtype=np.float64).T
+def _plot_offset(numbers: Values, gaps: list[GapResult]) -> Plot:
+    used, mouth, _ = _columns(gaps, OFFSETS).T
     return Plot(
         "Depth of the tip, as far as it is deeper than identified",
         "Cycle",
@@ -188,6 +187,6 @@ def _plot_offset(cycles: list[dict[str, Any]]) -> Plot:
             Curve("barrier says", mouth, "removed"),
             Curve("compensated", used, "reference", dashed=True),
         ),
-        _numbers_of(cycles),
+        numbers,
         "An offset takes of the room that the bounds leave for the gap.",
     )

@@ -1,4 +1,4 @@
-"""One cycle in which something goes wrong, and what noticed it, in plain data and words."""
+"""One cycle in which something goes wrong, and what noticed it, in records and words."""
 
 import math
 
@@ -9,7 +9,7 @@ from opensuction.procedure.cycle import refusal
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
-from opensuction.result.plain import Json
+from opensuction.result.cycle_result import FaultNotice, FaultRecord
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Watch
@@ -82,34 +82,34 @@ def _sentence(notice: FirstSign, columns: Columns) -> str:
     return ABORT_SENTENCES[Event(notice.code)].format(phase=phase, failed="")
 
 
-def _noticed(found: Injected, columns: Columns) -> Json | None:
+def _noticed(found: Injected, columns: Columns) -> FaultNotice | None:
     notice = found.notice
     if notice is None:
         return None
-    return {
-        "by": notice.detector.name.lower(),
-        "name": notice.title,
-        "sentence": _sentence(notice, columns),
-        "time_s": notice.time_s,
-        "after_s": notice.time_s - found.at_s,
-    }
+    return FaultNotice(
+        by=notice.detector.name.lower(),
+        name=notice.title,
+        sentence=_sentence(notice, columns),
+        time_s=notice.time_s,
+        after_s=notice.time_s - found.at_s,
+    )
 
 
-def plain(run: InjectedRun) -> list[Json]:
-    """Each fault of a run, when it came and what noticed it first; for JSON and report."""
+def on_record(run: InjectedRun) -> tuple[FaultRecord, ...]:
+    """Each fault of a run, when it came and what noticed it first."""
     listed = []
     for found in run.faults:
         fault, at, strength = found.injection
         row = ROWS[fault]
         listed.append(
-            {
-                "name": fault.title,
-                "meaning": row.meaning,
-                "instant": at.title,
-                "at_s": None if math.isnan(found.at_s) else found.at_s,
-                "strength": None if row.strength is None else strength,
-                "strength_unit": None if row.strength is None else row.strength.unit,
-                "noticed": _noticed(found, run.columns),
-            }
+            FaultRecord(
+                name=fault.title,
+                meaning=row.meaning,
+                instant=at.title,
+                at_s=None if math.isnan(found.at_s) else found.at_s,
+                strength=None if row.strength is None else strength,
+                strength_unit=None if row.strength is None else row.strength.unit,
+                noticed=_noticed(found, run.columns),
+            )
         )
-    return listed
+    return tuple(listed)

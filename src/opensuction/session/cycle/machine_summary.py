@@ -1,69 +1,70 @@
-"""Equipment of a cycle in plain data: catheter and conduit, the machine's model, its settings.
-
-Keys and units are a contract (docs/reference/results.md).
-"""
+"""Equipment of a cycle for its result: catheter and conduit, the machine's model, its settings."""
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.result.cycle_result import PlaysModel, Teaching, TransmissionModel
 from opensuction.result.plain import Json
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.settings.calibration_section import Plays, write_section
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, lay
 
 
-def teaching(prepared: Prepared) -> Json | None:
+def teaching(prepared: Prepared) -> Teaching | None:
     """Where the protocol's depth comes from, and how far it is from the truth."""
     if prepared.taught_mm is None:
         return None
     by_hand = prepared.resolved.choice.taught_mm is None
-    return {
-        "source": "hand" if by_hand else "given",
-        "error_mm": prepared.taught_mm - prepared.rig.machine.airway.carina_mm,
-    }
+    return Teaching(
+        source="hand" if by_hand else "given",
+        error_mm=prepared.taught_mm - prepared.rig.machine.airway.carina_mm,
+    )
 
 
-def plays(model: PrandtlIshlinskii) -> Json:
+def plays(model: PrandtlIshlinskii) -> PlaysModel:
     """The plays that `prandtl-ishlinskii` and `preview` work with, and their gap."""
-    return write_section(Plays, model)._asdict() | {"gap_mm": prandtl_ishlinskii.gap_mm(model)}
+    section = write_section(Plays, model)
+    return PlaysModel(**section._asdict(), gap_mm=prandtl_ishlinskii.gap_mm(model))
 
 
-def identification(prepared: Prepared) -> Json | None:
+def identification(prepared: Prepared) -> TransmissionModel | None:
     """What the compensator works with, and where it is from; None for one that needs no model."""
     found, file = prepared.identification, prepared.resolved.parameter_file
     model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
-    data: Json = {
-        "model": "modified-dahl",
+    data = TransmissionModel(
+        model="modified-dahl",
         **model._asdict(),
-        "gap_mm": float(modified_dahl.gap_mm(model)),
-        "rmse_mm": None,
-        "well_posed": bool(modified_dahl.is_monotone(model)),
-        "driven_model": None,
-        "samples": None,
-        "feedforward_v_s_per_mm": feedforward.velocity_v_s_per_mm,
-        "friction_v": feedforward.friction_v,
-        "file": None,
-        "recording": None,
-        "recording_sha256": None,
-    }
+        gap_mm=float(modified_dahl.gap_mm(model)),
+        rmse_mm=None,
+        well_posed=bool(modified_dahl.is_monotone(model)),
+        driven_model=None,
+        samples=None,
+        feedforward_v_s_per_mm=feedforward.velocity_v_s_per_mm,
+        friction_v=feedforward.friction_v,
+        file=None,
+        recording=None,
+        recording_sha256=None,
+    )
     if found is not None:
-        return data | {
-            "rmse_mm": found.fit.rmse_mm,
-            "samples": found.fit.samples,
-            "plays": plays(found.plays.model)
-            | {"rmse_mm": found.plays.rmse_mm, "well_posed": found.plays.well_posed},
-        }
+        fitted = found.plays
+        return data._replace(
+            rmse_mm=found.fit.rmse_mm,
+            samples=found.fit.samples,
+            plays=plays(fitted.model)._replace(
+                rmse_mm=fitted.rmse_mm, well_posed=fitted.well_posed
+            ),
+        )
     if file is None:
         return None
-    if prepared.resolved.compensation == CompensationKind.MODEL_PREVIEW:
-        data["driven_model"] = None if file.driven is None else file.driven.model
-    return data | {
-        "rmse_mm": file.about.rmse,
-        "samples": file.about.recording.fitted_samples,
-        "file": prepared.resolved.choice.compensation,
-        "recording": file.about.recording.file,
-        "recording_sha256": file.about.recording.sha256,
-    }
+    by_plays = prepared.resolved.compensation == CompensationKind.MODEL_PREVIEW
+    return data._replace(
+        rmse_mm=file.about.rmse,
+        driven_model=file.driven.model if by_plays and file.driven is not None else None,
+        samples=file.about.recording.fitted_samples,
+        file=prepared.resolved.choice.compensation,
+        recording=file.about.recording.file,
+        recording_sha256=file.about.recording.sha256,
+    )
 
 
 def catheter_name(catheter: Catheter) -> str:

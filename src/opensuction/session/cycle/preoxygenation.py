@@ -11,7 +11,7 @@ from opensuction.kernel.requests import OXYGEN_SKIPPED, OXYGENATED, Requests
 from opensuction.procedure.cycle import interlocks
 from opensuction.procedure.cycle.episode import PassRule
 from opensuction.procedure.cycle.preoxygenation import Preoxygenation
-from opensuction.result.plain import Json
+from opensuction.result.cycle_result import OxygenRecord
 from opensuction.simulation import closed_loop, idle_time, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
@@ -68,12 +68,9 @@ def give(loop: Loop, state: LoopState, chosen: str | None) -> tuple[Loop, LoopSt
     return loop, closed_loop.run(loop, state, ANSWERS[chosen or USUAL], trace.rows(DT_S))[0]
 
 
-def plain(columns: Columns) -> Json:
-    """The key ``preoxygenation``: what is on record of the first cycle of a trace."""
+def on_record(columns: Columns) -> OxygenRecord:
+    """Pre-oxygenation of the first cycle of a trace, as it is on record."""
     codes, testing = columns["counters.preoxygenation"], columns["phase"] == Phase.CHECKING
     code = codes[testing][0] if testing.any() else codes[-1]
     state = Preoxygenation(int(code))
-    return {
-        "required": state != Preoxygenation.NOT_REQUIRED,
-        "state": name_of(state),
-    }
+    return OxygenRecord(required=state != Preoxygenation.NOT_REQUIRED, state=name_of(state))

@@ -1,4 +1,4 @@
-"""The patient before, during and after a cycle: each vital sign with its range, as plain data.
+"""The patient before, during and after a cycle: each vital sign with its range.
 
 By the twin's truth, not by what the monitor showed. A range is for a reader: outside it a report
 says so. Which bound must never be broken is the oracle's to say.
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
-from opensuction.result.plain import Json
+from opensuction.result.cycle_result import SignCourse, VitalSigns
 from opensuction.safety.patient_limit import PatientLimits
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
@@ -30,18 +30,14 @@ SETTLED_S = 1.0
 class VitalSign(NamedTuple):
     """One quantity of the patient."""
 
-    key: str
-    """In the JSON; ends with the unit."""
     column: str
     tolerance: float
     """So far from where it was before counts as back [design]: about what a monitor resolves."""
 
 
-SIGNS = (
-    VitalSign("spo2_percent", "truth.spo2_percent", 1.0),
-    VitalSign("heart_rate_per_min", "truth.heart_rate_per_min", 5.0),
-    VitalSign("airway_pressure_cmh2o", "truth.airway_pressure_cmh2o", 1.0),
-)
+SATURATION = VitalSign("truth.spo2_percent", 1.0)
+HEART_RATE = VitalSign("truth.heart_rate_per_min", 5.0)
+PRESSURE = VitalSign("truth.airway_pressure_cmh2o", 1.0)
 RELAXED = "truth.relaxed_pressure_cmh2o"
 LOSS = "truth.lung_volume_loss_ml"
 LOSS_TOLERANCE_ML_PER_KG = 1.0
@@ -55,7 +51,7 @@ def _before(columns: Columns) -> slice:
     return slice(0, max(first, 1))
 
 
-def course(columns: Columns, values: npt.NDArray[np.float64], tolerance: float) -> Json:
+def course(columns: Columns, values: npt.NDArray[np.float64], tolerance: float) -> SignCourse:
     """How a quantity went: before, its extremes from then on, at the end, and when it was back.
 
     values: one a tick. tolerance: distance from what it was before that counts as back. ``before``
@@ -71,49 +67,45 @@ def course(columns: Columns, values: npt.NDArray[np.float64], tolerance: float) 
     is_back = not bool(away[-recent.size :].any())
     start_s = float(columns["time_s"][0])
     recovered_s = float(columns["time_s"][last[-1]]) + DT_S - start_s if last.size else None
-    return {
-        "before": low,
-        "lowest": float(values.min()),
-        "highest": float(values.max()),
-        "at_end": float(recent.min()),
-        "is_back": is_back,
-        "recovered_s": recovered_s if is_back else None,
-    }
+    return SignCourse(
+        before=low,
+        lowest=float(values.min()),
+        highest=float(values.max()),
+        at_end=float(recent.min()),
+        is_back=is_back,
+        recovered_s=recovered_s if is_back else None,
+    )
 
 
-def plain(columns: Columns, limits: PatientLimits, weight_kg: float) -> Json:
-    """The key ``vitals``: each sign with its course, its usual range and the alarm's limit.
+def vital_signs(columns: Columns, limits: PatientLimits, weight_kg: float) -> VitalSigns:
+    """Each sign with its course, its usual range and the alarm's limit.
 
     limits: of this patient's monitor. ``usual_least`` and ``usual_most`` bound what needs no look;
     ``limit_least`` and ``limit_most`` are where the monitor alarms. None: there is none. Of the
     airway pressure ``relaxed_lowest`` and ``relaxed_highest`` are those of the same lung without
     muscles, which is what the machine is judged by.
     """
-    found = {
-        sign.key: course(columns, columns[sign.column], sign.tolerance) | _range() for sign in SIGNS
-    }
-    found["spo2_percent"] |= {
-        "usual_least": USUAL_SPO2_PERCENT,
-        "limit_least": limits.spo2_percent,
-    }
-    rate = found["heart_rate_per_min"]
-    rate |= {
-        "usual_least": USUAL_HEART_RATE_RATIO * rate["before"],
-        "limit_least": limits.heart_rate_per_min,
-    }
-    found["airway_pressure_cmh2o"] |= {
-        "usual_least": limits.airway_least_cmh2o,
-        "usual_most": limits.airway_most_cmh2o,
-        # Without what the patient's own muscles do: coughs and breaths are nobody else's.
-        "relaxed_lowest": float(columns[RELAXED].min()),
-        "relaxed_highest": float(columns[RELAXED].max()),
-    }
-    tolerance_ml = LOSS_TOLERANCE_ML_PER_KG * weight_kg
-    found["lung_volume_loss_ml"] = course(columns, columns[LOSS], tolerance_ml) | _range()
-    found["lung_volume_loss_ml"] |= {"usual_most": USUAL_LOSS_ML_PER_KG * weight_kg}
-    return found
+    rate = _course(columns, HEART_RATE)
+    return VitalSigns(
+        spo2_percent=_course(columns, SATURATION)._replace(
+            usual_least=USUAL_SPO2_PERCENT, limit_least=limits.spo2_percent
+        ),
+        heart_rate_per_min=rate._replace(
+            usual_least=USUAL_HEART_RATE_RATIO * (rate.before or 0.0),
+            limit_least=limits.heart_rate_per_min,
+        ),
+        airway_pressure_cmh2o=_course(columns, PRESSURE)._replace(
+            usual_least=limits.airway_least_cmh2o,
+            usual_most=limits.airway_most_cmh2o,
+            # Without what the patient's own muscles do: coughs and breaths are nobody else's.
+            relaxed_lowest=float(columns[RELAXED].min()),
+            relaxed_highest=float(columns[RELAXED].max()),
+        ),
+        lung_volume_loss_ml=course(
+            columns, columns[LOSS], LOSS_TOLERANCE_ML_PER_KG * weight_kg
+        )._replace(usual_most=USUAL_LOSS_ML_PER_KG * weight_kg),
+    )
 
 
-def _range() -> Json:
-    bounds = ("usual_least", "usual_most", "limit_least", "limit_most")
-    return dict.fromkeys(bounds)
+def _course(columns: Columns, sign: VitalSign) -> SignCourse:
+    return course(columns, columns[sign.column], sign.tolerance)

@@ -5,15 +5,13 @@ from typing import NamedTuple
 from opensuction.report import headline
 from opensuction.report.cycle import page
 from opensuction.report.figure import FigureVerdict
-from opensuction.result.plain import Json
+from opensuction.result.day_result import CycleNews
 from opensuction.session.cycle import cycle_summary, machine_summary
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.trace import Columns
 
 MOST_PAGES = 48
 """Of a longer day only the cycles that need a look have a page beyond these: 150 kB each."""
-NOT_TIMED_S = float("nan")
-"""One of many cycles is not timed by itself."""
 
 
 class CycleReport(NamedTuple):
@@ -28,7 +26,7 @@ class CycleReport(NamedTuple):
 
 def make(number: int, prepared: Prepared, columns: Columns) -> CycleReport:
     """The report of one cycle. number: its place in the day, from 1. columns: from its start."""
-    data = cycle_summary.summary(prepared, columns, NOT_TIMED_S, NOT_TIMED_S)
+    data = cycle_summary.summary(prepared, columns)
     first = headline.headline(data)
     if number > MOST_PAGES and first.verdict is FigureVerdict.GOOD:
         return CycleReport("", "", first)
@@ -36,13 +34,9 @@ def make(number: int, prepared: Prepared, columns: Columns) -> CycleReport:
     return CycleReport(f"cycle-{number:03d}.html", html, first)
 
 
-def plain(report: CycleReport) -> Json:
-    """Keys that a cycle's row in the JSON has from its report."""
-    return {
-        "headline": report.first.text,
-        "verdict": report.first.verdict.value,
-        "report": report.file or None,
-    }
+def news(report: CycleReport) -> CycleNews:
+    """First thing to know of a cycle, for its row in the day's result."""
+    return CycleNews(report.first.text, report.first.verdict.value, report.file or None)
 
 
 def list_pages(reports: list[CycleReport]) -> dict[str, str]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import Requests
-from opensuction.result.plain import Json
+from opensuction.result.cycle_result import FaultRecord
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import fault_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared
@@ -72,7 +72,7 @@ class FaultyDay:
         self._going: FaultyRun | None = None
         self._number = 0
         self._seed = prepared.rig.seed
-        self._came: dict[int, Json] = {}
+        self._came: dict[int, FaultRecord] = {}
         """By the fault's place: what is said of it."""
         self.reset_cycles: list[int] = []
         """Numbers of the cycles after which a person reset the machine."""
@@ -112,7 +112,7 @@ class FaultyDay:
         """Whether no further cycle can begin: no controller runs."""
         return self._going is not None and not self._going.is_resting
 
-    def plain(self) -> list[Json]:
+    def on_record(self) -> tuple[FaultRecord, ...]:
         """Each fault, when it came and what noticed it first; as for a cycle, and in which one.
 
         Raises InputError for a fault alone whose instant never came.
@@ -123,7 +123,7 @@ class FaultyDay:
                 f"fault '{one.fault.title}' at {one.at.title} never comes: no cycle of the day "
                 "gets there"
             )
-        return [self._came[i] for i in sorted(self._came)]
+        return tuple(self._came[i] for i in sorted(self._came))
 
     @property
     def _injections(self) -> list[Injection]:
@@ -135,12 +135,12 @@ class FaultyDay:
         ran = ran._replace(columns={**ran.columns, "time_s": time_s - time_s[0]})
         for i, found in enumerate(ran.faults):
             known = self._came.get(i)
-            if math.isnan(found.at_s) or (known is not None and known["noticed"] is not None):
+            if math.isnan(found.at_s) or (known is not None and known.noticed is not None):
                 continue
             notice = injection.find_first_sign(ran, found.at_s)
-            (said,) = fault_run.plain(ran._replace(faults=(found._replace(notice=notice),)))
-            if said["noticed"] is not None:
-                said["noticed"]["cycle"] = self._number
-            title = self._faults[i].injection.at.title
-            came = {**said, "instant": title, "cycle": self._number} if known is None else known
-            self._came[i] = {**came, "noticed": said["noticed"]}
+            (said,) = fault_run.on_record(ran._replace(faults=(found._replace(notice=notice),)))
+            if known is None:
+                title = self._faults[i].injection.at.title
+                known = said._replace(instant=title, cycle=self._number)
+            noticed = said.noticed and said.noticed._replace(cycle=self._number)
+            self._came[i] = known._replace(noticed=noticed)

@@ -18,13 +18,14 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
-from opensuction.result.plain import Json
+from opensuction.result.cycle_result import FaultRecord
+from opensuction.result.day_result import DaySamples
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_run, preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.day import day_calibration, diary, simulated_caregiver
 from opensuction.session.day.day_fault import FaultyDay
-from opensuction.session.day.diary import DaySamples, Sample
+from opensuction.session.day.diary import Sample
 from opensuction.session.day.simulated_caregiver import Attended
 from opensuction.simulation import idle_time
 from opensuction.simulation.closed_loop import LoopState
@@ -80,8 +81,8 @@ class Day(NamedTuple):
     """Coughed out through the tube."""
     refusal: str | None
     """Why self-calibration let no further cycle begin."""
-    faults: tuple[Json, ...] = ()
-    """As `fault_run.plain` has them, each with the number of its cycle."""
+    faults: tuple[FaultRecord, ...] = ()
+    """Each with the number of its cycle."""
     reset_cycles: tuple[int, ...] = ()
     """Numbers of the cycles after which a person reset the machine."""
 
@@ -215,7 +216,7 @@ def _sum_up(
         left_ml=left_ml,
         coughed_ml=coughed_ml,
         refusal=refusal,
-        faults=() if faulty is None else tuple(faulty.plain()),
+        faults=() if faulty is None else faulty.on_record(),
         reset_cycles=() if faulty is None else tuple(faulty.reset_cycles),
     )
 
@@ -260,6 +261,6 @@ def _cycle(
         catheter_age_s=state.controller.core.upkeep.catheter_age_s,
         catheter_changed=attended.catheter_changed,
         assessed=attended.assessed,
-        preoxygenation=preoxygenation.plain(columns)["state"],
+        preoxygenation=preoxygenation.on_record(columns).state,
         learned=None,
     )

@@ -1,5 +1,6 @@
-"""A day of cycles, and what self-calibration found in it, as plain data and in words."""
+"""Result of a day of cycles, and what self-calibration found in it, in words."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,7 +17,9 @@ from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.report.wording import capitalise
-from opensuction.result.plain import Json, without_nan
+from opensuction.result.cycle_result import AlarmRecord
+from opensuction.result.day_result import CycleNews, DayCycleResult, DayResult, GapResult
+from opensuction.result.plain import measured
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_summary
@@ -28,33 +31,34 @@ MINUTE_S = 60.0
 CONDITION = Condition.CALIBRATION_OUT_OF_RANGE
 
 
-def _row(cycle: DayCycle) -> Json:
+def _row(cycle: DayCycle, news: CycleNews | None) -> DayCycleResult:
     found = cycle.outcome
-    return {
-        "number": cycle.number,
-        "start_min": cycle.start_s / MINUTE_S,
-        "outcome": "completed" if found.completed else "aborted",
-        "rmse_mm": found.rmse_mm,
-        "secretion_before_ml": cycle.secretion_before_ml,
-        "removed_ml": found.removed_ml,
-        "removed_percent": found.removed_percent,
-        "bore_ml": cycle.bore_ml,
-        "negative_pressure_s": found.negative_pressure_s,
-        "in_airway_s": found.exposure.in_airway_s,
-        "inside_at_end": found.exposure.inside_at_end,
-        "end_mm": found.exposure.end_mm,
-        "harm": [one.name for one in found.harm],
-        "told": cycle_summary.told(found.told),
-        "spo2_nadir_percent": found.exposure.spo2_least_percent,
-        "lung_volume_loss_ml": found.exposure.lung_volume_loss_ml,
-        "trips": [name_of(item.trip) for item in found.trips],
-        "alarms": cycle_summary.alarms(found.alarms),
-        "catheter_age_h": cycle.catheter_age_s / HOUR_S,
-        "catheter_changed": cycle.catheter_changed,
-        "assessed": cycle.assessed,
-        "preoxygenation": cycle.preoxygenation,
-        "gap": _gap(cycle.learned),
-    }
+    return DayCycleResult(
+        number=cycle.number,
+        start_min=cycle.start_s / MINUTE_S,
+        outcome="completed" if found.completed else "aborted",
+        rmse_mm=found.rmse_mm,
+        secretion_before_ml=cycle.secretion_before_ml,
+        removed_ml=found.removed_ml,
+        removed_percent=found.removed_percent,
+        bore_ml=cycle.bore_ml,
+        negative_pressure_s=found.negative_pressure_s,
+        in_airway_s=found.exposure.in_airway_s,
+        inside_at_end=found.exposure.inside_at_end,
+        end_mm=found.exposure.end_mm,
+        harm=tuple(one.name for one in found.harm),
+        told=cycle_summary.told(found.told),
+        spo2_nadir_percent=found.exposure.spo2_least_percent,
+        lung_volume_loss_ml=found.exposure.lung_volume_loss_ml,
+        trips=tuple(name_of(item.trip) for item in found.trips),
+        alarms=cycle_summary.alarms(found.alarms),
+        catheter_age_h=cycle.catheter_age_s / HOUR_S,
+        catheter_changed=cycle.catheter_changed,
+        assessed=cycle.assessed,
+        preoxygenation=cycle.preoxygenation,
+        gap=_gap(cycle.learned),
+        news=news,
+    )
 
 
 def notes(day: Day) -> list[str]:
@@ -84,50 +88,51 @@ def notes(day: Day) -> list[str]:
     return said
 
 
-def plain(day: Day, reports: Sequence[CycleReport] = ()) -> Json:
-    """The key ``day`` of the command's JSON. reports: of its cycles, where they were made."""
-    reported = [cycle_report.plain(report) for report in reports] or [{}] * len(day.cycles)
-    cycles = [_row(cycle) | more for cycle, more in zip(day.cycles, reported, strict=True)]
-    return without_nan(
-        {
-            "repeat": day.asked.repeat,
-            "every_min": day.asked.every_min,
-            "cycles": cycles,
-            "produced_ml": day.produced_ml,
-            "removed_ml": sum(cycle.outcome.removed_ml for cycle in day.cycles),
-            "left_ml": day.left_ml,
-            "coughed_ml": day.coughed_ml,
-            "canister_ml": day.canister_ml,
-            "spo2_nadir_percent": float(np.min(day.samples.spo2_percent)),
-            "catheter_changes": sum(cycle.catheter_changed for cycle in day.cycles),
-            "assessments": sum(cycle.assessed for cycle in day.cycles),
-            "refusal": day.refusal,
-            "notes": notes(day),
-        }
+def summary(day: Day, reports: Sequence[CycleReport] = ()) -> DayResult:
+    """Everything about a day. reports: of its cycles, where they were made."""
+    news: list[CycleNews | None] = [cycle_report.news(report) for report in reports]
+    found = DayResult(
+        repeat=day.asked.repeat,
+        every_min=day.asked.every_min or math.nan,
+        cycles=tuple(
+            _row(cycle, said)
+            for cycle, said in zip(day.cycles, news or [None] * len(day.cycles), strict=True)
+        ),
+        produced_ml=day.produced_ml,
+        removed_ml=sum(cycle.outcome.removed_ml for cycle in day.cycles),
+        left_ml=day.left_ml,
+        coughed_ml=day.coughed_ml,
+        canister_ml=day.canister_ml,
+        spo2_nadir_percent=float(np.min(day.samples.spo2_percent)),
+        catheter_changes=sum(cycle.catheter_changed for cycle in day.cycles),
+        assessments=sum(cycle.assessed for cycle in day.cycles),
+        refusal=day.refusal,
+        notes=tuple(notes(day)),
     )
+    return measured(found)
 
 
-def _gap(change: AdaptationChange | None) -> Json | None:
+def _gap(change: AdaptationChange | None) -> GapResult | None:
     """One cycle's change; None without self-calibration or after a broken cycle."""
     if change is None:
         return None
     seen = change.seen
-    return {
-        "used_scale": change.old.scale,
-        "contact_scale": seen.contact_scale,
-        "mouth_scale": seen.mouth.scale,
-        "next_scale": change.new.scale,
-        "least_scale": change.limits.least,
-        "most_scale": change.limits.most,
-        "used_offset_mm": change.old.offset_mm,
-        "mouth_offset_mm": seen.mouth.offset_mm,
-        "next_offset_mm": change.new.offset_mm,
-        "usual_scale": change.course.usual,
-        "finding": name_of(change.finding),
-        "contact_spoilt": SPOILT[seen.spoilt] or None,
-        "mouth_missed": SENTENCES[seen.missed] or None,
-        "in_range": change.in_range,
-    }
+    return GapResult(
+        used_scale=change.old.scale,
+        contact_scale=seen.contact_scale,
+        mouth_scale=seen.mouth.scale,
+        next_scale=change.new.scale,
+        least_scale=change.limits.least,
+        most_scale=change.limits.most,
+        used_offset_mm=change.old.offset_mm,
+        mouth_offset_mm=seen.mouth.offset_mm,
+        next_offset_mm=change.new.offset_mm,
+        usual_scale=change.course.usual,
+        finding=name_of(change.finding),
+        contact_spoilt=SPOILT[seen.spoilt] or None,
+        mouth_missed=SENTENCES[seen.missed] or None,
+        in_range=change.in_range,
+    )
 
 
 def gap_words(change: AdaptationChange | None) -> str:
@@ -144,14 +149,14 @@ def gap_words(change: AdaptationChange | None) -> str:
     return f", gap {scale:.2f} x the identified one, tip {day_calibration.depth_words(deeper_mm)}"
 
 
-def gap_alarms(day: Day, time_s: float) -> list[Json]:
-    """The alarm that a refused gap is, for the last cycle's JSON. time_s: when it was found."""
+def gap_alarms(day: Day, time_s: float | None) -> tuple[AlarmRecord, ...]:
+    """The alarm that a refused gap is, for the last cycle. time_s: when it was found."""
     if day.refusal is None:
-        return []
+        return ()
     raised = Episode(
         condition=CONDITION,
         priority=CONDITION.row.handling.priority,
-        started_s=time_s,
+        started_s=math.nan if time_s is None else time_s,
         ended_s=None,
         latched=False,
         acknowledged_s=None,

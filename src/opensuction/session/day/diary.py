@@ -1,9 +1,6 @@
 """The patient over a day: secretions, saturation and volume lost, sampled as time passes."""
 
-from typing import NamedTuple
-
 import numpy as np
-import numpy.typing as npt
 
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns
@@ -11,15 +8,6 @@ from opensuction.twin import bedside
 
 Sample = tuple[float, float, float, float]
 """One row of `DaySamples`."""
-
-
-class DaySamples(NamedTuple):
-    """The patient over the day, arrays of one length."""
-
-    time_s: npt.NDArray[np.float64]
-    secretion_ml: npt.NDArray[np.float64]
-    spo2_percent: npt.NDArray[np.float64]
-    lung_volume_loss_ml: npt.NDArray[np.float64]
 
 
 def sum_secretion_ml(state: LoopState) -> float:

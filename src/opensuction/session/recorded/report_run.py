@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from opensuction.controller.record import Settings
 from opensuction.report.cycle import page
+from opensuction.result.cycle_result import CycleResult
 from opensuction.result.plain import Json
 from opensuction.session.recorded import recorded_cycle, recorded_summary, replay_run
 from opensuction.session.recorded.recorded_cycle import RecordedCycle
@@ -13,20 +14,26 @@ from opensuction.session.recorded.recorded_cycle import RecordedCycle
 class Report(NamedTuple):
     """What is said of a recording."""
 
-    summary: Json
+    result: CycleResult
     html: str
+    flaw: str | None
+    """Why the file is not whole."""
+    is_damaged: bool
 
 
-def sections(cycle: RecordedCycle, on_record: str | None = None) -> dict[str, Json]:
+def sections(
+    cycle: RecordedCycle, shown: CycleResult, on_record: str | None = None
+) -> dict[str, Json]:
     """Tables for the end of the page: what was recorded, and what the controller was set to.
 
-    on_record: what the records say of the file, where it was held against them.
+    shown: what the page says of it already. on_record: what the records say of the file, where it
+    was held against them.
     """
     settings: Settings = cycle.settings
     recorded = {
         name: value
         for name, value in replay_run.describe(cycle.heading).items()
-        if name not in page.RUN and name != "notice"
+        if name not in page.ran(shown) and name != "notice"
     }
     said = {} if on_record is None else {"on_record": on_record}
     return {
@@ -59,5 +66,6 @@ def run(paths: list[Path], on_record: str | None = None) -> Report:
     for what is no recording, holds no cycle, or cannot be read so far.
     """
     cycle = recorded_cycle.read(paths)
-    summary = recorded_summary.summary(cycle)
-    return Report(summary, page.render(summary, cycle.columns, sections(cycle, on_record)))
+    found = recorded_summary.summary(cycle)
+    html = page.render(found, cycle.columns, sections(cycle, found, on_record))
+    return Report(found, html, cycle.flaw, cycle.is_damaged)
