@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from opensuction.report.identification import identification_page
+from opensuction.result.identification_result import WorkbenchResult
 from tests.browser.opened import INKED, Opened, opened
 from tests.report import identification_example as example
 
@@ -80,8 +81,8 @@ def test_cursor_reads_output_and_residual_together(compared: Opened) -> None:
 def test_phone_shows_everything_without_sideways_scrolling(
     chromium: "Browser", tmp_path: Path, scheme: str, alone: bool
 ) -> None:
-    summary = example.identified() if alone else example.compared()
-    html = identification_page.render(summary, example.curves(example.MODELS[: 1 if alone else 3]))
+    result: WorkbenchResult = example.identified() if alone else example.compared()
+    html = identification_page.render(result, example.curves(example.MODELS[: 1 if alone else 3]))
     size = {"width": 390, "height": 844}
     report = _open(chromium, tmp_path, html, viewport=size, color_scheme=scheme)
     assert report.page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -203,6 +203,30 @@ def test_another_ending_is_refused(fit: osn.Fit, tmp_path: Path) -> None:
         fit.save(tmp_path / "none" / "fit.toml")
 
 
+def test_a_loaded_fit_has_what_its_file_holds_and_nothing_that_was_judged(tmp_path: Path) -> None:
+    fit = osn.identify(X, Y, names=NAMES, holdout=0.25)
+    fit.save(tmp_path / "fit.toml")
+    loaded = osn.load(tmp_path / "fit.toml")
+    assert list(loaded.summary) == [
+        "model",
+        "method",
+        "parameters",
+        "rmse",
+        "rmse_unit",
+        "rmse_percent_of_range",
+        "well_posed",
+        "samples",
+        "fitted_samples",
+        "parameter_file",
+    ]
+    for key in loaded.summary.keys() - {"parameter_file"}:
+        assert loaded.summary[key] == fit.summary[key], key
+    assert loaded.summary["parameter_file"] == str(tmp_path / "fit.toml")
+    assert fit.warnings
+    assert fit.holdout_rmse_percent_of_range is not None
+    assert (loaded.warnings, loaded.holdout_rmse_percent_of_range) == ((), None)
+
+
 def test_a_file_of_the_command_is_loaded_and_of_something_else_refused(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("a = 1\n")
     assert "no format_version" in refusal(lambda: osn.load(tmp_path / "bad.toml"))

@@ -28,6 +28,7 @@ def test_the_recommended_fit_comes_first_with_its_reasons(compared: osn.Comparis
     assert compared.reasons == tuple(compared.summary["models"][0]["reasons"])
     assert [one["model"] for one in compared.summary["models"]] == [one.model for one in compared]
     assert len(compared) == 3
+    assert compared.summary["left_out"] == {}
 
 
 def test_each_fit_has_the_object_that_it_would_have_alone(compared: osn.Comparison) -> None:

@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -19,7 +19,8 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.library.columns import Values, read_inputs
 from opensuction.library.drawing import Curve, draw
-from opensuction.result.plain import Json
+from opensuction.result.identification_result import IdentificationResult, ModelResult
+from opensuction.result.plain import Json, to_json
 from opensuction.settings import identification_file
 from opensuction.settings.identification_file import Identified, IdentifiedParameter
 from opensuction.settings.model_structure import ModelPart
@@ -55,16 +56,41 @@ class Fitted(NamedTuple):
     fitted: Array
 
 
+class LoadedResult(NamedTuple):
+    """What a parameter file holds of the result of ``identify``."""
+
+    model: str
+    method: str
+    parameters: Mapping[str, IdentifiedParameter]
+    rmse: float
+    rmse_unit: str
+    rmse_percent_of_range: float
+    well_posed: bool
+    samples: int
+    fitted_samples: int
+    parameter_file: str
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit:
     """A model fitted to a recording; `identify`, `compare` and `load` make one."""
 
     identified: Identified
     """What its parameter file holds."""
-    summary: Json
-    """The object of ``opensuction identify --json``; of a file that was loaded, what it holds."""
+    result: IdentificationResult | LoadedResult
+    """What its figures are read from."""
     recording: Fitted | None = None
     """None for a file that was loaded: it has no samples in it."""
+
+    @cached_property
+    def summary(self) -> Json:
+        """The object of ``opensuction identify --json``; of a file that was loaded, its part."""
+        return to_json(self.result)
+
+    @property
+    def _model_result(self) -> ModelResult | None:
+        """Errors and warnings; None for a file that was loaded."""
+        return self.result.fit if isinstance(self.result, IdentificationResult) else None
 
     @property
     def model(self) -> str:
@@ -91,13 +117,14 @@ class Fit:
     @property
     def holdout_rmse_percent_of_range(self) -> float | None:
         """Of the samples held out, in percent of the output's range; None without any."""
-        error: float | None = self.summary.get("holdout_rmse_percent_of_range")
-        return error
+        found = self._model_result
+        return None if found is None else found.holdout_rmse_percent_of_range
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is weak about recording and fit, a sentence each; a file holds none."""
-        return tuple(self.summary.get("warnings", ()))
+        found = self._model_result
+        return () if found is None else found.warnings
 
     @property
     def is_invertible(self) -> bool:
@@ -262,16 +289,16 @@ def load(path: str | PathLike[str]) -> Fit:
     identified = identification_file.load(file)
     identification_file.to_model(identified, file)
     about = identified.about
-    known = {
-        "model": about.model,
-        "method": about.method,
-        "parameters": {name: one._asdict() for name, one in identified.parameters.items()},
-        "rmse": about.rmse,
-        "rmse_unit": about.rmse_unit,
-        "rmse_percent_of_range": about.rmse_percent_of_range,
-        "well_posed": about.well_posed,
-        "samples": about.recording.samples,
-        "fitted_samples": about.recording.fitted_samples,
-        "parameter_file": str(file),
-    }
-    return Fit(identified, known)
+    held = LoadedResult(
+        model=about.model,
+        method=about.method,
+        parameters=identified.parameters,
+        rmse=about.rmse,
+        rmse_unit=about.rmse_unit,
+        rmse_percent_of_range=about.rmse_percent_of_range,
+        well_posed=about.well_posed,
+        samples=about.recording.samples,
+        fitted_samples=about.recording.fitted_samples,
+        parameter_file=str(file),
+    )
+    return Fit(identified, held)

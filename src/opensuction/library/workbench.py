@@ -4,6 +4,7 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cached_property
 from html import escape
 
 from opensuction.identification.method import MODELS
@@ -11,8 +12,8 @@ from opensuction.identification.workbench import FittedModel
 from opensuction.library.columns import Given, Values, in_python, load
 from opensuction.library.fit import Fit, Fitted
 from opensuction.report.identification import identification_words
-from opensuction.report.summary import number
-from opensuction.result.plain import Json
+from opensuction.result.identification_result import ComparisonResult, IdentificationResult
+from opensuction.result.plain import Json, to_json
 from opensuction.session.identification import identification_run, identification_summary
 from opensuction.session.identification.identification_run import LoadedRecording
 from opensuction.settings.choice import choose
@@ -25,8 +26,12 @@ class Comparison:
     fits: tuple[Fit, ...]
     """The recommended one first, the others by their error for the purpose."""
     purpose: str
-    summary: Json
-    """The object of ``opensuction compare --json``."""
+    result: ComparisonResult
+
+    @cached_property
+    def summary(self) -> Json:
+        """The object of ``opensuction compare --json``."""
+        return to_json(self.result)
 
     @property
     def recommended(self) -> Fit:
@@ -36,7 +41,7 @@ class Comparison:
     @property
     def reasons(self) -> tuple[str, ...]:
         """Why it is recommended, a sentence each."""
-        return tuple(self.recommended.summary["reasons"])
+        return self.result.models[0].reasons
 
     def __getitem__(self, model: str) -> Fit:
         """The fit of a model by its name; raises KeyError where there is none."""
@@ -53,14 +58,13 @@ class Comparison:
 
     def _rows(self) -> list[list[str]]:
         """A heading, then a row for each model."""
-        measures = identification_words.measures(self.summary)
+        measures = identification_words.measures(self.result)
         rows = [["model", *measures, "inverse", ""]]
-        for place, fit in enumerate(self.fits):
-            errors = [
-                identification_words.percent(number(fit.summary, key)) for key in measures.values()
-            ]
+        for place, (fit, model) in enumerate(zip(self.fits, self.result.models, strict=True)):
+            errors = identification_words.errors(model)
             inverse = "continuous" if fit.is_invertible else "with gaps"
-            rows.append([fit.model, *errors, inverse, "" if place else "recommended"])
+            shown = [identification_words.percent(errors[measure]) for measure in measures]
+            rows.append([fit.model, *shown, inverse, "" if place else "recommended"])
         return rows
 
     def __repr__(self) -> str:
@@ -112,8 +116,8 @@ def identify(  # noqa: PLR0913 - what the command takes, each by its name
         loaded = load(x, y, given, model, method)
         found = identification_run.fit(loaded)
     now, seconds = datetime.now(tz=UTC), clock.perf_counter() - began_s
-    summary = identification_summary.summarise(loaded, found, now, seconds)
-    return _to_fit(loaded, found[0], now, summary)
+    result = identification_summary.summarise_fit(loaded, found[0], now, seconds)
+    return _to_fit(loaded, found[0], now, result)
 
 
 def compare(
@@ -140,18 +144,19 @@ def compare(
         loaded = load(x, y, given, None, None)
         found = identification_run.fit(loaded, purpose=purpose)
     now, seconds = datetime.now(tz=UTC), clock.perf_counter() - began_s
-    summary = identification_summary.summarise(loaded, found, now, seconds)
-    shared = {key: value for key, value in summary.items() if key not in ("models", "left_out")}
+    result = identification_summary.summarise_comparison(loaded, found, now, seconds)
     fits = tuple(
-        _to_fit(loaded, result, now, own | shared)
-        for result, own in zip(found, summary["models"], strict=True)
+        _to_fit(loaded, fitted, now, IdentificationResult(own, result.provenance))
+        for fitted, own in zip(found, result.models, strict=True)
     )
-    return Comparison(fits, purpose, summary)
+    return Comparison(fits, purpose, result)
 
 
-def _to_fit(loaded: LoadedRecording, result: FittedModel, now: datetime, summary: Json) -> Fit:
+def _to_fit(
+    loaded: LoadedRecording, fitted: FittedModel, now: datetime, result: IdentificationResult
+) -> Fit:
     return Fit(
-        identified=identification_summary.make_parameter_file(loaded, result, now),
-        summary=summary,
-        recording=Fitted(loaded.pair.driven, loaded.pair.answer, result.fitted),
+        identified=identification_summary.make_parameter_file(loaded, fitted, now),
+        result=result,
+        recording=Fitted(loaded.pair.driven, loaded.pair.answer, fitted.fitted),
     )

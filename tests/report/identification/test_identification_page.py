@@ -1,9 +1,17 @@
 import re
-from typing import Any
+from types import NoneType
+from typing import Any, get_args, get_type_hints
 
 import pytest
 
 from opensuction.report.identification import identification_page as page
+from opensuction.result.identification_result import (
+    FittedParameter,
+    IdentifiedRecording,
+    InputRange,
+    ModelResult,
+    RecordedColumn,
+)
 from tests.report import identification_example as example
 from tests.report.page_data import payload
 
@@ -29,7 +37,7 @@ def test_parameters_stand_with_unit_and_interval() -> None:
 
 
 def test_warnings_and_provenance_are_on_the_page() -> None:
-    html = alone(warnings=["the decay is not determined"])
+    html = alone(warnings=("the decay is not determined",))
     assert "the decay is not determined" in html
     assert "0123456789abcdef" * 4 in html
     assert "bench.csv" in html
@@ -46,9 +54,9 @@ def test_comparison_ranks_and_marks_what_is_recommended() -> None:
 
 
 def test_a_model_worse_than_a_line_does_not_shrink_the_others_bars() -> None:
-    models = [example.model(name, place) for place, name in enumerate(example.MODELS)]
-    models[2] |= {"rmse_percent_of_range": 12.0}  # a straight line leaves 9.8
-    html = page.render(example.compared(models=models), example.curves())
+    *others, last = example.compared().models
+    worst = last._replace(rmse_percent_of_range=12.0)  # a straight line leaves 9.8
+    html = page.render(example.compared(models=(*others, worst)), example.curves())
     widths = [float(width) for width in re.findall(r'<i style="width: ([0-9.]+)%', html)]
     assert max(widths) == 100.0
     assert widths[0] == pytest.approx(100.0 * 0.3 / 0.8, abs=0.01)  # 0.8: worst that beats it
@@ -69,17 +77,50 @@ def test_nothing_held_out_is_not_shaded_and_not_claimed() -> None:
 
 def test_text_from_a_recording_is_never_markup() -> None:
     attack = "</script><script>alert(1)</script>"
-    recording = example.provenance()["recording"] | {"file": attack}
-    recording["input"] = {"column": attack, "unit": attack, "negated": False}
-    html = alone(recording=recording, warnings=[attack])
-    assert attack not in html
+    column = RecordedColumn(attack, attack, False, 0.0, 1.0)
+    result = example.identified(warnings=(attack,))._replace(
+        provenance=example.provenance(file=attack, input=column)
+    )
+    assert attack not in page.render(result, example.curves(example.MODELS[:1]))
 
 
-@pytest.mark.parametrize("key", sorted(example.identified()))
-def test_any_key_may_be_null_or_missing(key: str) -> None:
-    curves = example.curves(example.MODELS[:1])
-    without = {name: entry for name, entry in example.identified().items() if name != key}
-    if key == "model":  # names the curves
-        return
-    for summary in (example.identified(**{key: None}), without):
-        assert "None" not in page.render(summary, curves).split("<script")[0]
+def test_provenance_is_every_field_of_the_recording_by_its_key() -> None:
+    table = alone().split("<caption>Recording</caption>")[1].split("</table>")[0]
+    rows = re.findall(r"<code>(.*?)</code></th><td>(.*?)</td>", table)
+    assert [name for name, _ in rows[:2]] == ["file", "sha256"]
+    shown = dict(rows)
+    assert shown["output.column"] == "tip_mm"
+    assert shown["output.negated"] == "no"
+    assert shown["fitted_samples"] == "2800"
+    assert shown["holdout_ratio"] == "0.3"
+
+
+def may_be_none(record: type) -> list[str]:
+    """Fields that hold None where something was not measured."""
+    return [name for name, hint in get_type_hints(record).items() if NoneType in get_args(hint)]
+
+
+@pytest.mark.parametrize("field", may_be_none(ModelResult))
+def test_what_was_not_measured_of_a_model_is_not_shown_as_none(field: str) -> None:
+    html = alone(**{field: None})
+    assert "None" not in html.split("<script")[0]
+
+
+@pytest.mark.parametrize("field", may_be_none(IdentifiedRecording))
+def test_what_is_not_known_of_a_recording_is_not_shown_as_none(field: str) -> None:
+    result = example.identified()._replace(provenance=example.provenance(**{field: None}))
+    html = page.render(result, example.curves(example.MODELS[:1]))
+    assert "None" not in html.split("<script")[0]
+
+
+def test_nothing_measured_at_all_still_makes_a_page() -> None:
+    nothing = dict.fromkeys(may_be_none(ModelResult)) | {
+        "parameters": {"slope": FittedParameter(None, "mm/mm", None)},
+        "fitted_range": InputRange(None, None, None, None),
+        "warnings": (),
+    }
+    result = example.identified(**nothing)
+    where = result.provenance._replace(line_rmse_percent_of_range=None)
+    html = page.render(result._replace(provenance=where), example.curves(example.MODELS[:1]))
+    assert "None" not in html.split("<script")[0]
+    assert "modified-dahl: error - of the range" in html

@@ -5,6 +5,12 @@ from rich.console import Console
 
 from opensuction.report.identification import identification_terminal
 from opensuction.report.identification import identification_words as words
+from opensuction.result.identification_result import (
+    FittedParameter,
+    InputRange,
+    RecordedColumn,
+    WorkbenchResult,
+)
 from tests.report import identification_example as example
 
 
@@ -26,11 +32,23 @@ def test_what_was_not_computed_is_not_said() -> None:
     assert "apart" not in text  # the gap is of the modified Dahl model
 
 
-@pytest.mark.parametrize("ends", [None, [-0.1, 1.7]])
-def test_a_gap_that_is_not_determined_has_no_figure(ends: list[float] | None) -> None:
-    parameters = example.identified()["parameters"]
-    gain = parameters["velocity_gain"] | {"ci95": ends}
-    assert "apart" not in said(parameters=parameters | {"velocity_gain": gain})
+@pytest.mark.parametrize("ends", [None, (-0.1, 1.7)])
+@pytest.mark.parametrize("name", ["velocity_gain", "decay"])
+def test_a_gap_that_is_not_determined_has_no_figure(
+    name: str, ends: tuple[float, float] | None
+) -> None:
+    parameters = dict(example.identified().fit.parameters)
+    parameters[name] = parameters[name]._replace(ci95=ends)
+    assert "apart" not in said(parameters=parameters)
+
+
+@pytest.mark.parametrize("value", [None, 0.0])
+def test_no_gap_is_divided_by_a_decay_that_is_not_there(value: float | None) -> None:
+    parameters = dict(example.identified().fit.parameters)
+    parameters["decay"] = parameters["decay"]._replace(value=value)
+    assert "apart" not in said(parameters=parameters)
+    del parameters["decay"]
+    assert "apart" not in said(parameters=parameters)
 
 
 def test_what_is_not_determined_has_no_gap_whatever_its_intervals() -> None:
@@ -39,9 +57,10 @@ def test_what_is_not_determined_has_no_gap_whatever_its_intervals() -> None:
 
 
 def test_a_column_without_a_unit_gives_figures_without_one() -> None:
-    recording = example.provenance()["recording"]
-    recording["output"] = {"column": "pos (5)", "unit": "", "negated": False}
-    text = said(recording=recording, rmse=24.79, rmse_unit="output")
+    output = RecordedColumn("pos (5)", "", False, 0.0, 90.0)
+    result = example.identified(rmse=24.79, rmse_unit="output")
+    result = result._replace(provenance=example.provenance(output=output))
+    text = " ".join(words.sentences(result))
     assert "an error of 24.79 RMSE" in text
     assert "lie 20 apart" in text
     assert "output" not in text.replace("output's range", "")
@@ -50,7 +69,7 @@ def test_a_column_without_a_unit_gives_figures_without_one() -> None:
 def test_warnings_are_said_to_be_of_the_fitted_part() -> None:
     words_ = "Warnings are about what comes before, unless they say otherwise."
     assert words_ in said()
-    assert words_ not in said(warnings=[])
+    assert words_ not in said(warnings=())
     assert words_ not in said(holdout_rmse_percent_of_range=None)
 
 
@@ -61,37 +80,88 @@ def test_models_that_were_left_out_are_named_with_the_reason() -> None:
 
 
 def test_a_comparison_names_the_recommended_model() -> None:
-    models = [
-        example.model(name, place, recommended=place == 1)
+    models = tuple(
+        example.model(name, place, recommended=place == 1, reasons=("It is the simplest.",))
         for place, name in enumerate(example.MODELS)
+    )
+    result = example.compared(models=models)
+    assert words.outcome(result).startswith(f"Recommended: {example.MODELS[1]}")
+    assert words.best(result) is models[1]
+    reason, count, *_ = words.sentences(result)
+    assert reason == "It is the simplest."
+    assert count == "3 models compared on the same samples; this one: 0.55 % where left out."
+
+
+def test_errors_that_no_model_has_get_no_column() -> None:
+    models = tuple(
+        example.model(
+            name,
+            place,
+            holdout_rmse_percent_of_range=None,
+            cross_validation_percent_of_range=None if place else 0.35,
+        )
+        for place, name in enumerate(example.MODELS)
+    )
+    result = example.compared(models=models)
+    assert words.measures(result) == ["Fitted", "Cross-validation"]
+    assert [figure.name for figure in words.figures(result)][:3] == [
+        "Error",
+        "Cross-validation",
+        "A straight line leaves",
     ]
-    summary = example.compared(models=models)
-    assert words.outcome(summary).startswith(f"Recommended: {example.MODELS[1]}")
-    assert "3 models compared" in words.sentences(summary)[0]
+    assert words.measures(example.identified()) == ["Fitted", "Held out", "Cross-validation"]
+
+
+@pytest.mark.parametrize(
+    ("inverse", "well_posed", "shown"),
+    [
+        ("none: it predicts only", False, "none"),
+        ("none: it predicts only", True, "none"),
+        ("exact", True, "continuous"),
+        ("exact", False, "with gaps"),
+    ],
+)
+def test_an_inverse_is_said_in_a_word_or_two(inverse: str, well_posed: bool, shown: str) -> None:
+    model = example.model("dahl", inverse=inverse, well_posed=well_posed)
+    assert words.inverse(model) == shown
+
+
+def test_range_and_speeds_are_said_as_far_as_they_are_known() -> None:
+    text = said(fitted_range=InputRange(1.0, 99.0, 9.0, 11.5))
+    assert "over head_mm from 1 to 99 mm, in strokes of 9 to 11.5 mm a second." in text
+    assert "from 1 to 99 mm." in said(fitted_range=InputRange(1.0, 99.0, None, None))
+    assert "fitted over" not in said(fitted_range=InputRange(None, None, None, None))
+
+
+def test_what_each_of_several_inputs_adds_is_said() -> None:
+    text = said(coupling_percent_of_range={"jaw_deg": 31.25, "pitch_deg": 4.0})
+    assert "the inputs add, RMS: jaw_deg 31.2 %, pitch_deg 4 %." in text
+    assert "inputs add" not in said()
 
 
 @pytest.mark.parametrize(
     ("value", "ends", "shown"),
     [
-        (0.123456789, [0.12, 0.13], "0.1235"),
-        (0.123456789, [0.1234, 0.1235], "0.123457"),
-        (1234.56789, [1000.0, 1500.0], "1235"),
+        (0.123456789, (0.12, 0.13), "0.1235"),
+        (0.123456789, (0.1234, 0.1235), "0.123457"),
+        (1234.56789, (1000.0, 1500.0), "1235"),
         (0.123456789, None, "0.123457"),
-        (0.0, [-0.1, 0.1], "0.00"),
+        (0.0, (-0.1, 0.1), "0.00"),
+        (None, None, "-"),
     ],
 )
 def test_values_have_the_digits_that_their_interval_supports(
-    value: float, ends: list[float] | None, shown: str
+    value: float | None, ends: tuple[float, float] | None, shown: str
 ) -> None:
-    entry = {"value": value, "unit": "mm", "ci95": ends}
-    (row,) = words.parameters(example.identified(parameters={"offset": entry}))
+    offset = FittedParameter(value, "mm", ends)
+    (row,) = words.parameters(example.model("dahl", parameters={"offset": offset}))
     assert row.value == shown
 
 
-def printed(summary: dict[str, object]) -> str:
+def printed(result: WorkbenchResult) -> str:
     stream = io.StringIO()
     console = Console(file=stream, width=100)
-    identification_terminal.print_summary(console, summary, ["out/report.html"])
+    identification_terminal.print_summary(console, result, ["out/report.html"])
     return stream.getvalue()
 
 

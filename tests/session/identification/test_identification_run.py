@@ -15,7 +15,7 @@ from opensuction.recording.table import Columns
 from opensuction.report.identification import identification_words as words
 from opensuction.session.choice import RecordingChoice
 from opensuction.session.identification import identification_run as run
-from opensuction.session.identification.identification_summary import summarise
+from opensuction.session.identification.identification_summary import summarise_fit
 
 HEAD = 50.0 - 50.0 * np.cos(np.linspace(0.0, 20.0, 200))
 
@@ -123,8 +123,9 @@ def test_what_is_not_determined_gives_no_gap(
     tip = slope * HEAD + friction * np.sign(np.gradient(HEAD)) + noise * random.normal(size=200)
     file = write(tmp_path, "head_mm,tip_mm", HEAD, tip + 0.1 * noise * np.sign(HEAD - 50.0))
     loaded = run.load(choose(file), "modified-dahl", None)
-    data = summarise(loaded, run.fit(loaded), datetime(2026, 1, 1, tzinfo=UTC), 0.0)
-    said = " ".join(data["warnings"])
-    assert data["determined"] is ("Not determined" not in said and "mean nothing" not in said)
-    assert data["determined"] is False or "Uncertain" in said
-    assert "apart" not in " ".join(words.sentences(data))
+    (found,) = run.fit(loaded)
+    result = summarise_fit(loaded, found, datetime(2026, 1, 1, tzinfo=UTC), 0.0)
+    said = " ".join(result.fit.warnings)
+    assert result.fit.determined is ("Not determined" not in said and "mean nothing" not in said)
+    assert result.fit.determined is False or "Uncertain" in said
+    assert "apart" not in " ".join(words.sentences(result))

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 from opensuction.session.choice import RecordingChoice
 
 if TYPE_CHECKING:
     from opensuction.cli.progress import ProgressTeller
     from opensuction.identification.workbench import FittedModel
+    from opensuction.result.identification_result import WorkbenchResult
     from opensuction.session.identification.identification_run import LoadedRecording
 
 
@@ -78,14 +79,23 @@ def _write_up(
 
     now = datetime.now(tz=UTC)
     compared = loaded.model is None
-    data = identification_summary.summarise(loaded, results, now, seconds)
-    entries: list[Json] = data["models"] if compared else [data]
-    names = [f"{result.model}.toml" if compared else "identification.toml" for result in results]
-    parameters = {}
-    for entry, result, name in zip(entries, results, names, strict=True):
-        found = identification_summary.make_parameter_file(loaded, result, now)
-        parameters[name] = identification_file.to_toml(found)
-        entry["parameter_file"] = str(folder / name)
+    names = {
+        result.model: f"{result.model}.toml" if compared else "identification.toml"
+        for result in results
+    }
+    paths = {model: str(folder / name) for model, name in names.items()}
+    found: WorkbenchResult = (
+        identification_summary.summarise_comparison(loaded, results, now, seconds, paths)
+        if compared
+        else identification_summary.summarise_fit(loaded, results[0], now, seconds, paths)
+    )
+    parameters = {
+        names[result.model]: identification_file.to_toml(
+            identification_summary.make_parameter_file(loaded, result, now)
+        )
+        for result in results
+    }
+    data = to_json(found)
     pair = loaded.pair
     curves = identification_series.FittedCurves(
         time_s=pair.time_s,
@@ -96,7 +106,7 @@ def _write_up(
         fitted_samples=results[0].fitted_samples,
     )
     files = {
-        "report.html": identification_page.render(data, curves),
+        "report.html": identification_page.render(found, curves),
         "comparison.json" if compared else "identification.json": to_text(data),
         **parameters,
     }
@@ -104,7 +114,7 @@ def _write_up(
         data,
         files,
         lambda console, folder: terminal.print_summary(
-            console, data, [folder / name for name in files]
+            console, found, [folder / name for name in files]
         ),
     )
 

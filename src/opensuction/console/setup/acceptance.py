@@ -42,7 +42,7 @@ def accept(
 ) -> Basis:
     """Have the machine go by what was found, with a reason. Raises as `change.carry_out`."""
     result = machine_identification.result_of(run)
-    if run.process.poll() is None or result is None or not result["accepted"]:
+    if run.process.poll() is None or result is None or not result.accepted:
         raise Problem(409, "nothing was found that could be accepted")
     with change.LOCK:
         if RUNS.accepted_by(run) is not None:
@@ -51,7 +51,7 @@ def accept(
         change.check_version(found, version)
         bedside.require_parked(bedside.now(site))
         file, following = _with(found, run)
-        detail = f"{file.name} {file.sha256}; gap {result['gap_mm']:.2f} mm; reason: {reason}"
+        detail = f"{file.name} {file.sha256}; gap {result.gap_mm:.2f} mm; reason: {reason}"
         wanted = SettingsChange(who.account, key, "accept-calibration", detail, following, file)
         after = change.carry_out(site, wanted)
         RUNS.accept(run, who.account)

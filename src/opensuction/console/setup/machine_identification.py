@@ -61,6 +61,19 @@ class IdentificationJob(NamedTuple):
     command: tuple[str, ...]
 
 
+class FoundCalibration(NamedTuple):
+    """What ``calibrate`` found, as far as an engineer judges it here."""
+
+    accepted: bool
+    """Whether it wrote a parameter file."""
+    reasons: tuple[str, ...]
+    """Why it is refused, in sentences; empty where it is accepted."""
+    gap_mm: float | None
+    """Of the transmission; None where no model was found, so that nothing is accepted."""
+    figures: dict[str, Any]
+    """`FIGURES`, for the page to show as they are."""
+
+
 class Runs:
     """Those of one console: one at a time."""
 
@@ -176,9 +189,9 @@ def shown(run: IdentificationJob) -> dict[str, Any]:
     if result is None:
         return {**told, "detail": _last_words(run) or f"it ended with status {status}"}
     loop = _loop(run.folder / RECORDING_FILE)
-    state = "found" if result["accepted"] else "refused"
-    detail = " ".join(result["reasons"])
-    return {**told, "state": state, "detail": detail, "result": _figures(result), "loop": loop}
+    state = "found" if result.accepted else "refused"
+    detail = " ".join(result.reasons)
+    return {**told, "state": state, "detail": detail, "result": result.figures, "loop": loop}
 
 
 def _stage(run: IdentificationJob) -> str:
@@ -199,13 +212,21 @@ def _last_words(run: IdentificationJob) -> str:
     return lines[-1][:300] if lines else ""
 
 
-def result_of(run: IdentificationJob) -> dict[str, Any] | None:
+def result_of(run: IdentificationJob) -> FoundCalibration | None:
     """What it found; None before its end, and where it found nothing."""
     try:
-        found: dict[str, Any] = json.loads((run.folder / RESULT).read_text(encoding="utf-8"))
+        found = json.loads((run.folder / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found
+    match found:
+        case {
+            "accepted": bool(accepted),
+            "reasons": list(reasons),
+            "gap_mm": (float() | None) as gap_mm,
+        } if gap_mm is not None or not accepted:
+            figures = {name: found.get(name) for name in FIGURES}
+            return FoundCalibration(accepted, tuple(map(str, reasons)), gap_mm, figures)
+    return None
 
 
 FIGURES = (
@@ -226,10 +247,6 @@ FIGURES = (
     "date_utc",
 )
 """What of a result is shown."""
-
-
-def _figures(result: dict[str, Any]) -> dict[str, Any]:
-    return {name: result.get(name) for name in FIGURES}
 
 
 def _loop(path: Path) -> dict[str, list[float | None]] | None:

@@ -1,13 +1,21 @@
 """An identification, or a comparison of models, as a single HTML page like that of a cycle."""
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
 from opensuction.report import html
 from opensuction.report.identification import identification_series, identification_words
 from opensuction.report.identification.identification_series import FittedCurves
-from opensuction.report.summary import Summary, flatten, number, text, value, warnings
+from opensuction.report.identification.identification_words import ParameterRow
+from opensuction.report.summary import flatten
+from opensuction.result.identification_result import (
+    ModelResult,
+    RecordedColumn,
+    WorkbenchResult,
+)
+from opensuction.result.plain import to_json
 
 SCRIPTS = ("plot_parts.js", "identification_loop.js", "identification_plots.js")
 """In this order: each uses those before it."""
@@ -15,94 +23,109 @@ SCRIPTS = ("plot_parts.js", "identification_loop.js", "identification_plots.js")
 HUES = ("tip", "head", "valve", "line-vacuum", "tip-vacuum", "removed", "deepest", "contact")
 """Colours of the models, in their order; more models than colours begin anew, dashed."""
 
-SOFTWARE = ("version", "date_utc", "seconds")
-"""How it was computed."""
+
+class ShownModel(NamedTuple):
+    """One model as the template shows it."""
+
+    name: str
+    words: str
+    method: str
+    hue: str
+    dashed: bool
+    recommended: bool
+    errors: Mapping[str, float | None]
+    """By the heading of their column."""
+    inverse: str
+    parameters: Sequence[ParameterRow]
+    warnings: Sequence[str]
+    parameter_file: str | None
 
 
-def _axis(summary: Summary, which: str) -> str:
+def _axis(column: RecordedColumn, otherwise: str) -> str:
     """Label of an axis: the column as it was used, with its unit where that is known."""
-    column = text(summary, "recording", which, "column") or which
-    sign = "-" if value(summary, "recording", which, "negated") is True else ""
-    unit = text(summary, "recording", which, "unit")
-    return f"{sign}{column} ({unit})" if unit else f"{sign}{column}"
+    label = f"{'-' if column.negated else ''}{column.column or otherwise}"
+    return f"{label} ({column.unit})" if column.unit else label
 
 
-def _model(model: Summary, place: int) -> dict[str, Any]:
+def _model(model: ModelResult, place: int) -> ShownModel:
     """One model for the template."""
-    return {
-        "name": text(model, "model") or "model",
-        "words": text(model, "model_words") or "",
-        "method": text(model, "method") or "",
-        "hue": HUES[place % len(HUES)],
-        "dashed": place >= len(HUES),
-        "recommended": value(model, "recommended") is True,
-        "errors": {
-            heading: number(model, key) for heading, key in identification_words.MEASURES.items()
-        },
-        "inverse": identification_words.inverse(model),
-        "parameters": identification_words.parameters(model),
-        "warnings": warnings(model),
-        "parameter_file": text(model, "parameter_file"),
-    }
+    return ShownModel(
+        name=model.model,
+        words=model.model_words,
+        method=model.method,
+        hue=HUES[place % len(HUES)],
+        dashed=place >= len(HUES),
+        recommended=model.recommended,
+        errors=identification_words.errors(model),
+        inverse=identification_words.inverse(model),
+        parameters=identification_words.parameters(model),
+        warnings=model.warnings,
+        parameter_file=model.parameter_file,
+    )
 
 
-def _tables(summary: Summary) -> dict[str, list[tuple[str, Any]]]:
+def _tables(result: WorkbenchResult) -> dict[str, list[tuple[str, Any]]]:
     """Tables at the end of the page: what was identified, and by what."""
-    recording = value(summary, "recording") or {}
-    fitted = identification_words.best(summary)
-    recording = dict(recording) | {
-        "fitted_samples": number(fitted, "fitted_samples"),
-        "holdout_ratio": number(summary, "holdout_ratio"),
-    }
+    found, fitted = result.provenance, identification_words.best(result)
     return {
-        "Recording": flatten(recording),
-        "Software": [(key, value(summary, key)) for key in SOFTWARE],
+        "Recording": [
+            *flatten(to_json(found.recording)),
+            ("fitted_samples", float(fitted.fitted_samples)),
+            ("holdout_ratio", found.holdout_ratio),
+        ],
+        "Software": [
+            ("version", found.version),
+            ("date_utc", found.date_utc),
+            ("seconds", found.seconds),
+        ],
     }
 
 
-def render(summary: Summary, curves: FittedCurves) -> str:
+def render(result: WorkbenchResult, curves: FittedCurves) -> str:
     """The report of ``identify`` or ``compare`` as a self-contained HTML page.
 
-    summary: the JSON object of the command. curves: the samples that were used and what each
-    model makes of them, by the models' names.
+    curves: the samples that were used and what each model makes of them, by the models' names.
     """
-    models = [
-        _model(model, place) for place, model in enumerate(identification_words.models(summary))
-    ]
-    best = text(identification_words.best(summary), "model")
+    models = [_model(model, place) for place, model in enumerate(result.models)]
+    found, recording = identification_words.best(result), result.provenance.recording
+    axes = _axis(recording.input, "input"), _axis(recording.output, "output")
     plots = identification_series.plots(curves) | {
         "models": [
-            {key: model[key] for key in ("name", "hue", "dashed")}
-            | {"shown": model["name"] == best}
+            {
+                "name": model.name,
+                "hue": model.hue,
+                "dashed": model.dashed,
+                "shown": model.name == found.model,
+            }
             for model in models
         ],
-        "input_label": _axis(summary, "input"),
-        "output_label": _axis(summary, "output"),
-        "unit": text(summary, "recording", "output", "unit") or "",
+        "input_label": axes[0],
+        "output_label": axes[1],
+        "unit": recording.output.unit,
     }
     context = {
         "title": "Models compared" if len(models) > 1 else "Identification",
-        "outcome": identification_words.outcome(summary),
-        "sentences": identification_words.sentences(summary),
-        "warnings": warnings(identification_words.best(summary)),
-        "partial": plots["loop"]["samples"] < curves.answer.size,
-        "figures": identification_words.figures(summary),
+        "outcome": identification_words.outcome(result),
+        "sentences": identification_words.sentences(result),
+        "warnings": found.warnings,
+        "partial": identification_series.loop_end(curves.driven) < curves.answer.size,
+        "figures": identification_words.figures(result),
         "models": models,
-        "best": best,
-        "most": _full_bar(models, number(summary, "line_rmse_percent_of_range")),
-        "measures": identification_words.measures(summary),
+        "best": found.model,
+        "most": _full_bar(models, result.provenance.line_rmse_percent_of_range),
+        "measures": identification_words.measures(result),
         "few": identification_words.FEW_PARAMETERS,
         "run": [
             (name, shown)
             for name, shown in (
-                ("recording", text(summary, "recording", "file")),
-                ("input", _axis(summary, "input")),
-                ("output", _axis(summary, "output")),
-                ("samples", text(summary, "recording", "samples")),
+                ("recording", recording.file),
+                ("input", axes[0]),
+                ("output", axes[1]),
+                ("samples", recording.samples),
             )
             if shown
         ],
-        "tables": _tables(summary),
+        "tables": _tables(result),
         "plots": plots,
         "notice": identification_words.DISCLAIMER,
         "percent": identification_words.percent,
@@ -111,11 +134,11 @@ def render(summary: Summary, curves: FittedCurves) -> str:
     return html.render("identification.html.j2", SCRIPTS, **context)
 
 
-def _full_bar(models: list[dict[str, Any]], line: float | None) -> float:
+def _full_bar(models: Sequence[ShownModel], line: float | None) -> float:
     """Error of a full bar: the largest of the models that beat a straight line, if any does.
 
     One model that fits badly would make all the others' bars too short to tell apart.
     """
-    errors = [error for model in models for error in model["errors"].values() if error is not None]
+    errors = [error for model in models for error in model.errors.values() if error is not None]
     better = [error for error in errors if line is not None and error < line]
     return max(better or errors, default=1.0) or 1.0

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -315,7 +315,7 @@ def fit(
     return [each._replace(warnings=(*loaded.notes, *each.warnings)) for each in found]
 
 
-def time_fits(results: list[FittedModel]) -> dict[str, float]:
+def time_fits(results: Iterable[FittedModel]) -> dict[str, float]:
     """Seconds of processor time that the fit of each model takes by itself, warm.
 
     Each is done again up to `MOST_FITS` times or for `REPEATED_S`, at least once; the shortest

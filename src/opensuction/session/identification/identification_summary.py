@@ -1,10 +1,9 @@
-"""Results of the workbench as plain data: the JSON objects and the parameter file.
-
-Keys and units are a contract (docs/reference/results.md); ``null`` is what could not be computed.
-"""
+"""Results of the workbench: the records that reports and commands read, and the parameter file."""
 
 import math
+from collections.abc import Mapping, Sequence
 from datetime import datetime
+from types import MappingProxyType
 
 import numpy as np
 
@@ -16,7 +15,17 @@ from opensuction.identification.judgement.driven import Driven
 from opensuction.identification.method import METHODS, MODELS
 from opensuction.identification.workbench import FittedModel
 from opensuction.kernel.errors import InputError
-from opensuction.result.plain import Json, without_nan
+from opensuction.result.identification_result import (
+    ComparisonResult,
+    FittedParameter,
+    IdentificationResult,
+    IdentifiedRecording,
+    InputRange,
+    ModelResult,
+    Provenance,
+    RecordedColumn,
+)
+from opensuction.result.plain import measured
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import LoadedRecording
 from opensuction.settings import lines_section, model_structure
@@ -32,73 +41,86 @@ from opensuction.settings.identification_file import (
 )
 from opensuction.settings.model_structure import FittedPart, Structure
 
-
-def _interval(estimate: Estimate) -> list[float]:
-    """Both ends of the 95 % interval; empty where there is none."""
-    ends = [estimate.low, estimate.high]
-    return ends if all(math.isfinite(end) for end in ends) else []
+NO_FILES: Mapping[str, str] = MappingProxyType({})
+"""Where no parameter file is written."""
 
 
-def _figures(result: FittedModel, fit_seconds: float) -> Json:
+def _interval(estimate: Estimate) -> tuple[float, float] | None:
+    """Both ends of the 95 % interval; None where there is none."""
+    ends = estimate.low, estimate.high
+    return ends if all(math.isfinite(end) for end in ends) else None
+
+
+def _model(result: FittedModel, fit_seconds: float, parameter_file: str | None) -> ModelResult:
     """One model's figures."""
-    return {
-        "model": result.model,
-        "model_words": MODELS[result.model].summary,
-        "method": result.method,
-        "method_words": METHODS[result.method],
-        "parameters": {
-            name: {"value": found.value, "unit": found.unit, "ci95": _interval(found) or None}
+    return ModelResult(
+        model=result.model,
+        model_words=MODELS[result.model].summary,
+        method=result.method,
+        method_words=METHODS[result.method],
+        parameters={
+            name: FittedParameter(found.value, found.unit, _interval(found))
             for name, found in result.parameters.items()
         },
-        "rmse": result.rmse,
-        "rmse_unit": result.output_unit,
-        "rmse_percent_of_range": result.rmse_percent_of_range,
-        "holdout_rmse_percent_of_range": result.holdout_rmse_percent_of_range,
-        "cross_validation_percent_of_range": result.cross_validation_percent_of_range,
-        "well_posed": result.well_posed,
-        "determined": result.determined,
-        "transfer_percent_of_range": result.transfer_percent_of_range,
-        "effective_parameters": result.freedom,
-        "recommended": result.recommended,
-        "reasons": list(result.reasons),
-        "coupling_percent_of_range": result.coupling_percent_of_range or None,
-        "warnings": list(result.warnings),
-        "at_bound": list(result.at_bound),
-        "samples": result.samples,
-        "fitted_samples": result.fitted_samples,
-        "fitted_range": result.fitted_range._asdict(),
-        "fit_seconds": fit_seconds,
-        "inverse": MODELS[result.model].inverse,
-        "compensator": _compensator(result),
-        "undriven": result.driven.why_not or None,
-        "parameter_file": None,
-    }
+        rmse=result.rmse,
+        rmse_unit=result.output_unit,
+        rmse_percent_of_range=result.rmse_percent_of_range,
+        holdout_rmse_percent_of_range=result.holdout_rmse_percent_of_range,
+        cross_validation_percent_of_range=result.cross_validation_percent_of_range,
+        well_posed=result.well_posed,
+        determined=result.determined,
+        transfer_percent_of_range=result.transfer_percent_of_range,
+        effective_parameters=result.freedom,
+        recommended=result.recommended,
+        reasons=result.reasons,
+        coupling_percent_of_range=result.coupling_percent_of_range or None,
+        warnings=result.warnings,
+        at_bound=result.at_bound,
+        samples=result.samples,
+        fitted_samples=result.fitted_samples,
+        fitted_range=InputRange(**result.fitted_range._asdict()),
+        fit_seconds=fit_seconds,
+        inverse=MODELS[result.model].inverse,
+        compensator=_compensator(result),
+        undriven=result.driven.why_not or None,
+        parameter_file=parameter_file,
+    )
 
 
-def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Json:
+def _models(
+    results: Sequence[FittedModel], parameter_files: Mapping[str, str]
+) -> tuple[ModelResult, ...]:
+    fit_seconds = identification_run.time_fits(results)
+    return tuple(
+        _model(result, fit_seconds[result.model], parameter_files.get(result.model))
+        for result in results
+    )
+
+
+def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Provenance:
     """What was identified, by what, and when."""
     choice, pair = loaded.choice, loaded.pair
     range_ = float(np.ptp(pair.answer))
-    return {
-        "recording": {
-            "file": choice.file.name,
-            "sha256": loaded.table.sha256,
-            "size_bytes": loaded.table.size_bytes,
-            "samples": int(pair.driven.size),
-            "skipped_rows": loaded.skipped_rows,
-            "from_s": None if pair.time_s is None else float(pair.time_s[0]),
-            "to_s": None if pair.time_s is None else float(pair.time_s[-1]),
-            "input": _quantity(loaded, output=False)._asdict(),
-            "other_inputs": list(choice.input[1:]),
-            "output": _quantity(loaded, output=True)._asdict(),
-            "time": choice.time,
-        },
-        "holdout_ratio": choice.holdout,
-        "line_rmse_percent_of_range": 100.0 * identification_run.fit_line(pair)[1] / range_,
-        "version": __version__,
-        "date_utc": now.isoformat(timespec="seconds"),
-        "seconds": seconds,
-    }
+    return Provenance(
+        recording=IdentifiedRecording(
+            file=choice.file.name,
+            sha256=loaded.table.sha256,
+            size_bytes=loaded.table.size_bytes,
+            samples=int(pair.driven.size),
+            skipped_rows=loaded.skipped_rows,
+            from_s=None if pair.time_s is None else float(pair.time_s[0]),
+            to_s=None if pair.time_s is None else float(pair.time_s[-1]),
+            input=RecordedColumn(**_quantity(loaded, output=False)._asdict()),
+            other_inputs=tuple(choice.input[1:]),
+            output=RecordedColumn(**_quantity(loaded, output=True)._asdict()),
+            time=choice.time,
+        ),
+        holdout_ratio=choice.holdout,
+        line_rmse_percent_of_range=100.0 * identification_run.fit_line(pair)[1] / range_,
+        version=__version__,
+        date_utc=now.isoformat(timespec="seconds"),
+        seconds=seconds,
+    )
 
 
 def _quantity(loaded: LoadedRecording, output: bool) -> Quantity:
@@ -116,19 +138,37 @@ def _quantity(loaded: LoadedRecording, output: bool) -> Quantity:
     )
 
 
-def summarise(
-    loaded: LoadedRecording, results: list[FittedModel], now: datetime, seconds: float
-) -> Json:
-    """The JSON object of ``identify``, or of ``compare`` with its models best first.
+def summarise_fit(
+    loaded: LoadedRecording,
+    result: FittedModel,
+    now: datetime,
+    seconds: float,
+    parameter_files: Mapping[str, str] = NO_FILES,
+) -> IdentificationResult:
+    """The result of ``identify``.
 
-    now: in UTC. seconds: that all fits took together, with checks and intervals.
+    now: in UTC. seconds: that all fits took together, with checks and intervals. parameter_files:
+    paths of those that are written, by model.
     """
-    fit_seconds = identification_run.time_fits(results)
-    models = [_figures(result, fit_seconds[result.model]) for result in results]
-    found = models[0]
-    if loaded.model is None:
-        found = {"models": models, "left_out": dict(results[0].left_out)}
-    return without_nan(found | _provenance(loaded, now, seconds))
+    (model,) = _models((result,), parameter_files)
+    return measured(IdentificationResult(model, _provenance(loaded, now, seconds)))
+
+
+def summarise_comparison(
+    loaded: LoadedRecording,
+    results: Sequence[FittedModel],
+    now: datetime,
+    seconds: float,
+    parameter_files: Mapping[str, str] = NO_FILES,
+) -> ComparisonResult:
+    """The result of ``compare``. results: best first; the other arguments as `summarise_fit`."""
+    return measured(
+        ComparisonResult(
+            models=_models(results, parameter_files),
+            left_out=dict(results[0].left_out),
+            provenance=_provenance(loaded, now, seconds),
+        )
+    )
 
 
 def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datetime) -> Identified:
@@ -166,7 +206,7 @@ def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datet
             undriven=driven.why_not,
         ),
         parameters={
-            name: IdentifiedParameter(found.value, found.unit, _interval(found))
+            name: IdentifiedParameter(found.value, found.unit, list(_interval(found) or ()))
             for name, found in result.parameters.items()
         },
         servo=None,
