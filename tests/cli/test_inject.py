@@ -42,8 +42,12 @@ def test_faults_are_taken_and_said_once_they_have_come(sound: str, tmp_path: Pat
     assert "2 faults are there or to come" in ran.stderr
     ran = opensuction("inject", sound, "--mend", "--fault", "line-leak", "--json", cwd=tmp_path)
     data = json.loads(ran.stdout)
-    assert (data["mended"], data["bus"]) == (True, None)
-    assert [one["name"] for one in data["injected"]] == ["line-leak"]
+    assert (data["folder"], data["mended"], data["bus"]) == (sound, True, None)
+    assert data["injected"] == [{"name": "line-leak", "at": "@0", "strength": 2.0}]
+    weak = data["came"][0]
+    assert (weak["name"], weak["strength"]) == ("pump-weak", 0.5)
+    assert weak["tick"] > 0
+    assert list(weak) == ["name", "strength", "tick"]
 
 
 def test_a_bus_is_put_between(sound: str, tmp_path: Path) -> None:

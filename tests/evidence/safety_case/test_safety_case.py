@@ -1,20 +1,35 @@
 """Result of a hazard's runs: the worst of them, and its presentation."""
 
+import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from opensuction.evidence.safety_case import hazard, hazard_case, hazard_detail, safety_case
+from opensuction.evidence.safety_case import (
+    hazard,
+    hazard_case,
+    hazard_detail,
+    hazard_result,
+    safety_case,
+)
 from opensuction.evidence.safety_case.hazard_claim import Hazard
-from opensuction.evidence.safety_case.hazard_result import STRIP, HazardResult, Strip
+from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
 from opensuction.kernel.phase import Phase
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import Harm
 from opensuction.report import sheet
 from opensuction.report.safety_case import safety_case_page
+from opensuction.result.plain import to_json
+from opensuction.result.safety_case_result import (
+    HarmSearchResult,
+    HarmSearchRun,
+    LeftInsideCount,
+    StripChart,
+    WorstExposure,
+)
 from opensuction.simulation.injection.fault_instant import FaultInstant
 from opensuction.simulation.injection.run_judgement import LeftInside
 from tests.evidence.safety_case.hazard_example import FAULT, ROW, WEAK
@@ -40,15 +55,18 @@ GENTLE = PatientExposure(
 ROWS = 50
 
 
-def strip() -> Strip:
+def strip() -> StripChart:
     time_s = np.linspace(10.0, 30.0, ROWS, dtype=np.float32)
     still = np.zeros(ROWS, dtype=np.float32)
-    return dict.fromkeys(STRIP, still) | {
-        "time_s": time_s,
-        "head_mm": 80.0 - time_s,
-        "tip_mm": 75.0 - time_s,
-        "vacuum_mmhg": 120.0 + still,
-    }
+    return StripChart(
+        time_s=time_s,
+        head_mm=80.0 - time_s,
+        tip_mm=75.0 - time_s,
+        vacuum_mmhg=120.0 + still,
+        valve_percent=still,
+        reaction=still,
+        priority=still,
+    )
 
 
 @pytest.fixture
@@ -103,7 +121,7 @@ def test_a_run_that_needed_no_alarm_hides_none_that_did(one: Hazard) -> None:
 def test_the_json_holds_times_bounds_and_every_broken_run(one: Hazard) -> None:
     broken = result(one, 2, math.nan, math.nan, "no expected alarm; safe state not reached")
     found = SafetyCase((1, 2), (HazardVerdict(one, (result(one, 1, 1000, 4000), broken)),))
-    data = safety_case.plain(found, 1.0)
+    data = to_json(safety_case.summarise(found, 1.0))
     (entry,) = data["hazards"]
     assert data["ok"] is entry["ok"] is False
     assert (entry["runs"], entry["broken"]) == (2, 1)
@@ -116,6 +134,90 @@ def test_the_json_holds_times_bounds_and_every_broken_run(one: Hazard) -> None:
     assert entry["left_inside"] == {"count": 0, "unavoidable": 0, "told": 0}
 
 
+def test_a_cycle_that_was_refused_leaves_no_number_that_json_does_not_have(one: Hazard) -> None:
+    # Its fault was never given an instant, and no patient bore anything.
+    unplaced = hazard_case.cases(one, (1,))[0]
+    run = hazard_result.refused(unplaced, "the tube is too narrow")
+    verdict = HazardVerdict(one, (run,))
+    found = safety_case.summarise(SafetyCase((1,), (verdict,)), 1.0)
+    data = to_json(found)
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    (problem,) = found.hazards[0].problems
+    assert problem.after_s is None
+    assert problem.problem == "the cycle cannot be planned: the tube is too narrow"
+    assert set(found.hazards[0].exposure) == {None}
+    page = safety_case_page.page(found, [hazard_detail.detail(verdict, found.hazards[0])])
+    assert page.sections[-1].plots == ()
+
+
+def test_every_measure_of_the_patient_stands_in_the_result() -> None:
+    places = {"inside_at_end", "outside_mm"}
+    assert set(WorstExposure._fields) == set(PatientExposure._fields) - places
+
+
+SEARCHED = HarmSearchRun(
+    fault="pump-weak",
+    after_s=12.5,
+    strength=0.25,
+    approach="travel",
+    patient="neonate",
+    seed=2,
+    spread=2.0,
+    bound="force",
+    worst=0.21,
+    limit=0.3,
+    unit="N",
+    share=0.704,
+    told=False,
+    broken=(),
+)
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        (HarmSearchResult(0, 0, None, ()), "-"),
+        (HarmSearchResult(9, 0, SEARCHED, ()), "70 % to force"),
+        (HarmSearchResult(9, 0, SEARCHED._replace(share=0.004), ()), "nothing borne"),
+        (HarmSearchResult(9, 0, SEARCHED._replace(share=-0.2), ()), "nothing borne"),
+        (HarmSearchResult(9, 0, SEARCHED._replace(share=None), ()), "beyond force"),
+        (HarmSearchResult(9, 2, SEARCHED._replace(share=None), (SEARCHED,) * 2), "2 of 9 broken"),
+    ],
+)
+def test_a_search_is_told_by_its_broken_runs_or_by_its_nearest(
+    found: HarmSearchResult, words: str
+) -> None:
+    assert safety_case_page.describe_search(found) == words
+
+
+@pytest.mark.parametrize(
+    ("run", "words"),
+    [
+        (
+            SEARCHED,
+            "pump-weak@12.5=0.25, neonate by travel, seed 2: force 0.21 N of 0.3; it broke none, "
+            "and nobody was told.",
+        ),
+        (
+            SEARCHED._replace(after_s=None, strength=None, told=True, broken=("force", "vacuum")),
+            "pump-weak, neonate by travel, seed 2: force 0.21 N of 0.3; it broke force, vacuum, "
+            "and people were told.",
+        ),
+        (
+            SEARCHED._replace(worst=None, limit=None),
+            "pump-weak@12.5=0.25, neonate by travel, seed 2: force - N of -; it broke none, and "
+            "nobody was told.",
+        ),
+    ],
+)
+def test_the_page_tells_the_worst_searched_run(one: Hazard, run: HarmSearchRun, words: str) -> None:
+    verdict = HazardVerdict(one, (result(one, 1, 1000, 4000),))
+    found = safety_case.summarise(SafetyCase((1,), (verdict,)), 1.0)
+    searched = found.hazards[0]._replace(searched=HarmSearchResult(40, 0, run, ()))
+    page = safety_case_page.page(found, [hazard_detail.detail(verdict, searched)])
+    assert page.sections[-1].text[-1] == f"Worst of 40 searched runs: {words}"
+
+
 def test_left_inside_is_counted_on_its_own_with_its_argument(one: Hazard) -> None:
     harm = Harm("left-inside", 30.0, -80.0, "mm")
     stays = LeftInside("nothing can move it", "Draw it out by hand.", 0.1, in_time=True)
@@ -125,21 +227,21 @@ def test_left_inside_is_counted_on_its_own_with_its_argument(one: Hazard) -> Non
         result(one, 2, 100, math.nan)._replace(harm=(harm,), left_inside=stays),
         result(one, 3, 100, math.nan, "left inside")._replace(harm=(harm,), left_inside=unneeded),
     )
-    data = safety_case.plain(SafetyCase((1, 2, 3), (HazardVerdict(one, runs),)), 1.0)
-    (entry,) = data["hazards"]
-    assert entry["left_inside"] == {"count": 2, "unavoidable": 1, "told": 1}
-    assert data["left_inside"] == entry["left_inside"]
-    assert entry["unavoidable"] == ["nothing can move it"]
-    assert "Draw it out by hand." in entry["person"]
-    assert entry["harm"] == ["left-inside"]
-    assert not entry["ok"]
+    found = safety_case.summarise(SafetyCase((1, 2, 3), (HazardVerdict(one, runs),)), 1.0)
+    (entry,) = found.hazards
+    assert entry.left_inside == LeftInsideCount(count=2, unavoidable=1, told=1)
+    assert found.left_inside == entry.left_inside
+    assert entry.unavoidable == ("nothing can move it",)
+    assert "Draw it out by hand." in entry.person
+    assert entry.harm == ("left-inside",)
+    assert not entry.ok
 
 
 def test_the_page_shows_what_is_broken_and_marks_the_worst_run(one: Hazard) -> None:
     late = result(one, 7, 1900, 12000, "safe after 12000 ms, bound 10000")
     verdict = HazardVerdict(one, (late,))
-    data = safety_case.plain(SafetyCase((1, 7), (verdict,)), 1.0)
-    page = safety_case_page.page(data, [hazard_detail.detail(verdict)])
+    found = safety_case.summarise(SafetyCase((1, 7), (verdict,)), 1.0)
+    page = safety_case_page.page(found, [hazard_detail.detail(verdict, found.hazards[0])])
     assert not page.good
     section = page.sections[-1]
     assert section.anchor == "OS-H01"

@@ -7,7 +7,7 @@ from opensuction.cli import exit_status
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,6 +28,47 @@ class InjectOptions(NamedTuple):
     jitter_ms: float | None = None
     lost_percent: float | None = None
     as_json: bool = False
+
+
+class FaultTaken(NamedTuple):
+    """A fault that the twin has taken."""
+
+    name: str
+    at: str
+    """Its instant as the command line writes it."""
+    strength: float
+    """0 for a fault that has none."""
+
+
+class FaultCome(NamedTuple):
+    """A fault that has come."""
+
+    name: str
+    strength: float
+    """0 for a fault that has none."""
+    tick: int
+    """The machine's first with it."""
+
+
+class BusOnTwin(NamedTuple):
+    """A bus that the twin has taken, both ways alike."""
+
+    latency_s: float
+    jitter_s: float
+    lost_share: float
+
+
+class InjectionResult(NamedTuple):
+    """Result of the command."""
+
+    folder: str
+    """Of the machine."""
+    mended: bool
+    bus: BusOnTwin | None
+    """None where none was asked for."""
+    injected: tuple[FaultTaken, ...]
+    came: tuple[FaultCome, ...]
+    """Since the twin plays, in their order, mended or not."""
 
 
 def _bus(options: InjectOptions) -> "Bus | None":
@@ -69,41 +110,39 @@ def run(options: InjectOptions) -> int:
         twin_faults.ride(folder, carrier)
     if faults:
         twin_faults.inject(folder, faults)
-    data: Json = {
-        "folder": str(folder),
-        "mended": options.mend,
-        "bus": None if carrier is None else carrier._asdict(),
-        "injected": [
-            {"name": one.fault.title, "at": one.at.title, "strength": one.strength}
-            for one in faults
-        ],
-        "came": [
-            {"name": one.fault.title, "strength": one.strength, "tick": one.tick}
-            for one in twin_faults.came(folder)
-        ],
-    }
-    show(options.as_json, data, lambda console: _summarise(console, data))
+    done = InjectionResult(
+        folder=str(folder),
+        mended=options.mend,
+        bus=None if carrier is None else BusOnTwin(*carrier),
+        injected=tuple(FaultTaken(one.fault.title, one.at.title, one.strength) for one in faults),
+        came=tuple(
+            FaultCome(one.fault.title, one.strength, one.tick) for one in twin_faults.came(folder)
+        ),
+    )
+    show(options.as_json, to_json(done), lambda console: _summarise(console, done))
     return exit_status.DONE
 
 
-def _summarise(console: "Console", data: Json) -> None:
-    if data["mended"]:
+def _summarise(console: "Console", done: InjectionResult) -> None:
+    if done.mended:
         console.print("Mended: it is the machine that it was")
-    if data["bus"] is not None:
-        bus = data["bus"]
+    if done.bus is not None:
+        bus = done.bus
         console.print(
-            f"Bus: {MS_PER_S * bus['latency_s']:g} ms +- {MS_PER_S * bus['jitter_s']:g} ms, "
-            f"{PERCENT * bus['lost_share']:g} % lost"
+            f"Bus: {MS_PER_S * bus.latency_s:g} ms +- {MS_PER_S * bus.jitter_s:g} ms, "
+            f"{PERCENT * bus.lost_share:g} % lost"
         )
-    for one in data["injected"]:
-        strength = f"={one['strength']:g}" if one["strength"] else ""
-        console.print(f"Taken: {one['name']}{one['at']}{strength}")
-    if not (data["mended"] or data["bus"] or data["injected"]):
-        for one in data["came"]:
-            strength = f"={one['strength']:g}" if one["strength"] else ""
-            console.print(f"Came in tick {one['tick']}: {one['name']}{strength}")
-        if not data["came"]:
+    for taken in done.injected:
+        console.print(f"Taken: {taken.name}{taken.at}{_strength(taken.strength)}")
+    if not (done.mended or done.bus or done.injected):
+        for come in done.came:
+            console.print(f"Came in tick {come.tick}: {come.name}{_strength(come.strength)}")
+        if not done.came:
             console.print("No fault has come")
+
+
+def _strength(strength: float) -> str:
+    return f"={strength:g}" if strength else ""
 
 
 COMMAND = Command(

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from opensuction.evidence.safety_case.harm_search import HarmSearch
     from opensuction.evidence.safety_case.hazard_claim import Hazard
     from opensuction.evidence.safety_case.hazard_result import HazardResult
+    from opensuction.result.safety_case_result import LeftInsideCount, SafetyCaseResult
 
 EVERY_RUNS = 50
 """A line of progress after so many runs."""
@@ -57,14 +58,16 @@ def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) ->
         "at its instants and strengths"
     )
     seeds = safety_case.seeds_of(options.seeds)
-    found = safety_case.run(hazards, seeds, tell, options.search, tell_search)
-    data = safety_case.plain(found, progress.elapsed_s)
-    details = [hazard_detail.detail(verdict) for verdict in found.verdicts]
-    html = sheet.render(safety_case_page.page(data, details))
+    done = safety_case.run(hazards, seeds, tell, options.search, tell_search)
+    found = safety_case.summarise(done, progress.elapsed_s)
+    pairs = zip(done.verdicts, found.hazards, strict=True)
+    details = [hazard_detail.detail(verdict, one) for verdict, one in pairs]
+    html = sheet.render(safety_case_page.page(found, details))
+    data = to_json(found)
     return CommandResult(
         data,
         {"report.html": html, "safety-case.json": to_text(data)},
-        lambda console, folder: _summarise(console, data, folder),
+        lambda console, folder: _summarise(console, found, folder),
         is_good=found.ok,
     )
 
@@ -73,16 +76,16 @@ def _ms(value: float | None, bound: float) -> str:
     return f"{'-' if value is None else format(value, '.0f')} / {bound:.0f}"
 
 
-def _left_inside(found: Json) -> str:
+def _left_inside(found: "LeftInsideCount") -> str:
     """How many runs ended with the tip inside, and whether anything could have prevented it."""
-    if not found["count"]:
+    if not found.count:
         return "-"
-    if found["unavoidable"] == found["count"]:
-        return f"{found['count']} unavoidable"
-    return f"{found['count']}, {found['unavoidable']} unavoidable"
+    if found.unavoidable == found.count:
+        return f"{found.count} unavoidable"
+    return f"{found.count}, {found.unavoidable} unavoidable"
 
 
-def _summarise(console: "Console", data: Json, folder: Path) -> None:
+def _summarise(console: "Console", found: "SafetyCaseResult", folder: Path) -> None:
     from rich.table import Table
 
     from opensuction.report.safety_case.safety_case_page import describe_search
@@ -94,35 +97,35 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
         table.add_column(column, justify="right", no_wrap=True)
     for column in ("left\ninside", "broken", "searched"):
         table.add_column(column, justify="right")
-    for entry in data["hazards"]:
-        alarm = (entry["alarm"] or "no expected alarm").replace("_", " ")
-        if entry["refused"]:
+    for one in found.hazards:
+        alarm = (one.alarm or "no expected alarm").replace("_", " ")
+        if one.refused:
             alarm = "refused before the start"
-        elif entry["within_limits"]:
+        elif one.within_limits:
             alarm = "not needed: within every limit"
-        elif entry["alarm"]:
-            alarm = f"{alarm}, {entry['priority']}"
+        elif one.alarm:
+            alarm = f"{alarm}, {one.priority}"
         table.add_row(
-            f"{entry['id']} {entry['hazard']}",
+            f"{one.id} {one.hazard}",
             alarm,
-            _ms(entry["detected_ms"], entry["detected_bound_ms"]),
-            _ms(entry["safe_ms"], entry["safe_bound_ms"]),
-            _left_inside(entry["left_inside"]),
-            f"{entry['broken']} of {entry['runs']}",
-            describe_search(entry["searched"]),
-            style=None if entry["ok"] else "bold red",
+            _ms(one.detected_ms, one.detected_bound_ms),
+            _ms(one.safe_ms, one.safe_bound_ms),
+            _left_inside(one.left_inside),
+            f"{one.broken} of {one.runs}",
+            describe_search(one.searched),
+            style=None if one.ok else "bold red",
         )
     console.print(table)
-    held = sum(entry["ok"] for entry in data["hazards"])
+    held = sum(one.ok for one in found.hazards)
     console.print(
-        f"{held} of {len(data['hazards'])} hazards within their bounds in {data['runs']} runs; "
+        f"{held} of {len(found.hazards)} hazards within their bounds in {found.runs} runs; "
         "times are those of each hazard's worst run. In-silico: the machine is a simulated one.",
         soft_wrap=True,
     )
-    left = data["left_inside"]
+    left = found.left_inside
     console.print(
-        f"Left inside at the end: {left['count']} of {data['runs']} runs; {left['unavoidable']} of "
-        f"them nothing could have prevented, {left['told']} were told high in time.",
+        f"Left inside at the end: {left.count} of {found.runs} runs; {left.unavoidable} of "
+        f"them nothing could have prevented, {left.told} were told high in time.",
         soft_wrap=True,
     )
     console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)

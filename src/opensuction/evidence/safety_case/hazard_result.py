@@ -8,7 +8,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from opensuction.evidence.healthy_cycle import HealthyCycle, find_wait_s
 from opensuction.evidence.safety_case.hazard_claim import (
@@ -24,6 +23,7 @@ from opensuction.kernel.age_group import AgeGroup
 from opensuction.oracle.bound import BOUNDS
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import LEFT_INSIDE, NAMES, Harm
+from opensuction.result.safety_case_result import StripChart
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.annunciation import CONTROLLER, Annunciation
 from opensuction.simulation.closed_loop import DT_S
@@ -58,8 +58,6 @@ STRIP = {
     "priority": ("signals.priority", 1.0),
 }
 """Series of a strip chart by name: column of the trace, and its factor."""
-Strip = dict[str, npt.NDArray[np.float32]]
-"""A run thinned for a strip chart; arrays of one length."""
 COLUMNS = tuple(
     dict.fromkeys((*SIGNS, *run_judgement.COLUMNS, *(column for column, _ in STRIP.values())))
 )
@@ -121,7 +119,7 @@ class HazardResult(NamedTuple):
     """None where the tip is out."""
     problem: str
     """What is broken, in words; empty where nothing is."""
-    strip: Strip | None
+    strip: StripChart | None
 
     @property
     def ok(self) -> bool:
@@ -278,11 +276,13 @@ def _problem(result: HazardResult, judged: Judgement, at_s: float) -> str:
     return "; ".join(found)
 
 
-def _strip(columns: Columns, at_s: float, last_s: float) -> Strip:
+def _strip(columns: Columns, at_s: float, last_s: float) -> StripChart:
     first = max(0, round((at_s - BEFORE_S) / DT_S))
     last = min(columns["time_s"].size, round((max(last_s, at_s + LEAST_S) + AFTER_S) / DT_S))
     rows = np.linspace(first, last - 1, min(STRIP_ROWS, last - first)).round().astype(np.int64)
-    return {
-        name: (factor * columns[column][rows]).astype(np.float32)
-        for name, (column, factor) in STRIP.items()
-    }
+    return StripChart(
+        **{
+            name: (factor * columns[column][rows]).astype(np.float32)
+            for name, (column, factor) in STRIP.items()
+        }
+    )

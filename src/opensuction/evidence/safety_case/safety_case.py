@@ -1,8 +1,8 @@
 """The safety case that runs: every hazard over its faults, strengths, phases and seeds."""
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
 from opensuction import __version__
 from opensuction.evidence import worker_pool
@@ -15,8 +15,16 @@ from opensuction.evidence.safety_case.harm_search import (
 from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.searched_run import SearchedRun
-from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import NAMES
+from opensuction.result.safety_case_result import (
+    HarmSearchResult,
+    HarmSearchRun,
+    HazardRun,
+    HazardSummary,
+    LeftInsideCount,
+    SafetyCaseResult,
+    WorstExposure,
+)
 from opensuction.simulation.injection.run_judgement import count_left_inside
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -152,128 +160,130 @@ def _finite(value: float) -> float | None:
     return round(value, 3) if math.isfinite(value) else None
 
 
-def _bear(results: Sequence[HazardResult]) -> dict[str, float | None]:
+def _bear(results: Sequence[HazardResult]) -> WorstExposure:
     """Each measure of what the patient bore, of the run in which it was worst."""
     borne = [result.exposure for result in results if result.exposure is not None]
-    worst = {}
-    for name in PatientExposure._fields:
-        if name in ("inside_at_end", "outside_mm"):
-            continue
+
+    def find_worst(name: str) -> float | None:
         values = [getattr(one, name) for one in borne]
-        least = name.endswith(LEAST)
-        worst[name] = _finite(min(values) if least else max(values)) if values else None
-    return worst
+        if not values:
+            return None
+        return _finite(min(values) if name.endswith(LEAST) else max(values))
+
+    return WorstExposure._make(find_worst(name) for name in WorstExposure._fields)
 
 
-def _searched(search: HarmSearch) -> dict[str, Any]:
-    """A search in plain data."""
+def _count_left_inside(results: Iterable[HazardResult]) -> LeftInsideCount:
+    return LeftInsideCount(**count_left_inside(result.left_inside for result in results))
+
+
+def _searched(search: HarmSearch) -> HarmSearchResult:
     worst = search.worst
-    return {
-        "runs": search.runs,
-        "broken": len(search.broken),
-        "worst": None if worst is None else _searched_run(worst),
-        "problems": [_searched_run(one) for one in search.broken],
-    }
+    return HarmSearchResult(
+        runs=search.runs,
+        broken=len(search.broken),
+        worst=None if worst is None else _searched_run(worst),
+        problems=tuple(_searched_run(one) for one in search.broken),
+    )
 
 
-def _searched_run(run: SearchedRun) -> dict[str, Any]:
-    """One run of a search in plain data."""
+def _searched_run(run: SearchedRun) -> HarmSearchRun:
     one, bound = run.injection, run.nearest
-    return {
-        "fault": one.fault.title,
-        "after_s": None if ROWS[one.fault].is_setup else one.at.after_s,
-        "strength": None if ROWS[one.fault].strength is None else one.strength,
-        "approach": run.bed.kind.approach,
-        "patient": run.bed.kind.patient,
-        "seed": run.bed.seed,
-        "spread": run.bed.spread,
-        "bound": bound.name,
-        "worst": _finite(bound.worst),
-        "limit": _finite(bound.limit),
-        "unit": bound.unit,
-        "share": _finite(run.share),
-        "told": run.told,
-        "broken": list(run.breaches),
-    }
+    return HarmSearchRun(
+        fault=one.fault.title,
+        after_s=None if ROWS[one.fault].is_setup else one.at.after_s,
+        strength=None if ROWS[one.fault].strength is None else one.strength,
+        approach=run.bed.kind.approach,
+        patient=run.bed.kind.patient,
+        seed=run.bed.seed,
+        spread=run.bed.spread,
+        bound=bound.name,
+        worst=_finite(bound.worst),
+        limit=_finite(bound.limit),
+        unit=bound.unit,
+        share=_finite(run.share),
+        told=run.told,
+        broken=run.breaches,
+    )
 
 
-def _run(result: HazardResult) -> dict[str, Any]:
-    """One run in plain data."""
+def run_record(result: HazardResult) -> HazardRun:
+    """A run as the result holds it."""
     case = result.case
     known = ROWS[case.claim.fault].strength
     set_up = case.span == SET_UP
-    return {
-        "fault": case.claim.name,
-        "phase": None if set_up or case.at.phase is None else case.at.phase.name.lower(),
-        "after_s": case.at.after_s,
-        "strength": None if known is None else case.strength,
-        "approach": case.approach,
-        "patient": case.patient,
-        "seed": case.seed,
-        "alarm": result.alarm.lower() or None,
-        "by": result.by or None,
-        "detected_ms": _finite(result.detected_ms),
-        "detected_bound_ms": _finite(result.detected_bound_ms),
-        "safe_ms": _finite(result.safe_ms),
-        "safe_bound_ms": _finite(result.safe_bound_ms),
-        "harm": [one.name for one in result.harm],
-        "left_inside": result.left_inside is not None,
-        "within_limits": result.within_limits,
-        "ok": result.ok,
-        "problem": result.problem or None,
-    }
+    return HazardRun(
+        fault=case.claim.name,
+        phase=None if set_up or case.at.phase is None else case.at.phase.name.lower(),
+        after_s=None if math.isnan(case.at.after_s) else case.at.after_s,
+        strength=None if known is None else case.strength,
+        approach=case.approach,
+        patient=case.patient,
+        seed=case.seed,
+        alarm=result.alarm.lower() or None,
+        by=result.by or None,
+        detected_ms=_finite(result.detected_ms),
+        detected_bound_ms=round(result.detected_bound_ms, 3),
+        safe_ms=_finite(result.safe_ms),
+        safe_bound_ms=round(result.safe_bound_ms, 3),
+        harm=tuple(one.name for one in result.harm),
+        left_inside=result.left_inside is not None,
+        within_limits=result.within_limits,
+        ok=result.ok,
+        problem=result.problem or None,
+    )
 
 
-def entry(verdict: HazardVerdict) -> dict[str, Any]:
-    """One hazard of the JSON object; times are those of its worst run."""
-    row, worst, results = verdict.hazard.row, verdict.worst, verdict.results
-    claim = worst.case.claim
+def _hazard(verdict: HazardVerdict) -> HazardSummary:
+    row, results = verdict.hazard.row, verdict.results
+    nearest = verdict.worst
+    worst = run_record(nearest)
     left = [result.left_inside for result in results if result.left_inside is not None]
-    return {
-        "id": row.id,
-        "hazard": row.hazard,
-        "severity": row.severity.value,
-        "fault": worst.case.title,
-        "alarm": worst.alarm.lower() or None,
-        "by": worst.by or None,
-        "priority": worst.priority,
-        "detected_ms": _finite(worst.detected_ms),
-        "detected_bound_ms": _finite(worst.detected_bound_ms),
-        "safe_state": claim.safe_state,
-        "safe_ms": _finite(worst.safe_ms),
-        "safe_bound_ms": _finite(worst.safe_bound_ms),
-        "refused": worst.refused,
-        "within_limits": worst.ok and not worst.answered and worst.left_inside is None,
-        "left_inside": count_left_inside(result.left_inside for result in results),
-        "unavoidable": sorted({one.unavoidable for one in left if one.unavoidable}),
-        "person": sorted({one.person for one in left}),
-        "ok": verdict.ok,
-        "runs": len(results),
-        "broken": sum(not result.ok for result in results),
-        "harm": sorted({one.name for result in results for one in result.harm}, key=NAMES.index),
-        "exposure": _bear(results),
-        "requirements": row.requirements,
-        "only_because": sorted(
-            {one.only_because for one in verdict.hazard.claims if one.only_because}
-        ),
-        "worst": _run(worst),
-        "searched": _searched(verdict.search),
-        "problems": [_run(result) for result in results if not result.ok],
-    }
+    because = {one.only_because for one in verdict.hazard.claims if one.only_because}
+    needed = nearest.answered or worst.left_inside or not worst.ok
+    return HazardSummary(
+        id=row.id,
+        hazard=row.hazard,
+        severity=row.severity.value,
+        fault=nearest.case.title,
+        alarm=worst.alarm,
+        by=worst.by,
+        priority=nearest.priority,
+        detected_ms=worst.detected_ms,
+        detected_bound_ms=worst.detected_bound_ms,
+        safe_state=nearest.case.claim.safe_state,
+        safe_ms=worst.safe_ms,
+        safe_bound_ms=worst.safe_bound_ms,
+        refused=nearest.refused,
+        within_limits=not needed,
+        left_inside=_count_left_inside(results),
+        unavoidable=tuple(sorted({one.unavoidable for one in left if one.unavoidable})),
+        person=tuple(sorted({one.person for one in left})),
+        ok=verdict.ok,
+        runs=len(results),
+        broken=sum(not result.ok for result in results),
+        harm=tuple(sorted({one.name for run in results for one in run.harm}, key=NAMES.index)),
+        exposure=_bear(results),
+        requirements=tuple(row.requirements),
+        only_because=tuple(sorted(because)),
+        worst=worst,
+        searched=_searched(verdict.search),
+        problems=tuple(run_record(result) for result in results if not result.ok),
+    )
 
 
-def plain(found: SafetyCase, wall_s: float) -> dict[str, Any]:
-    """The JSON object of the command."""
-    hazards = [entry(verdict) for verdict in found.verdicts]
+def summarise(found: SafetyCase, wall_s: float) -> SafetyCaseResult:
+    """The result of the command. wall_s: how long it took."""
+    hazards = tuple(_hazard(verdict) for verdict in found.verdicts)
     every = [result for verdict in found.verdicts for result in verdict.results]
-    return {
-        "version": __version__,
-        "in_silico": True,
-        "seeds": list(found.seeds),
-        "runs": sum(one["runs"] for one in hazards),
-        "broken": sum(one["broken"] for one in hazards),
-        "left_inside": count_left_inside(result.left_inside for result in every),
-        "ok": found.ok,
-        "hazards": hazards,
-        "wall_s": round(wall_s, 1),
-    }
+    return SafetyCaseResult(
+        version=__version__,
+        in_silico=True,
+        seeds=found.seeds,
+        runs=len(every),
+        broken=sum(one.broken for one in hazards),
+        left_inside=_count_left_inside(every),
+        ok=found.ok,
+        hazards=hazards,
+        wall_s=round(wall_s, 1),
+    )

@@ -3,7 +3,16 @@
 from collections.abc import Sequence
 
 from opensuction.report.sheet import Cell, Curve, Level, Plot, Section, Sheet, Table
-from opensuction.report.summary import Summary
+from opensuction.result.safety_case_result import (
+    FaultSummary,
+    HarmSearchResult,
+    HarmSearchRun,
+    HazardDetail,
+    HazardSummary,
+    LeftInsideCount,
+    SafetyCaseResult,
+    Series,
+)
 
 LEAD = (
     "Every fault is put into the digital twin at its instant; alarm and safe state are timed "
@@ -27,9 +36,9 @@ METHOD = (
 )
 
 
-def page(data: Summary, details: Sequence[Summary]) -> Sheet:
-    """The page. data: the JSON object of the command. details: of each of its hazards."""
-    held = sum(hazard["ok"] for hazard in details)
+def page(found: SafetyCaseResult, details: Sequence[HazardDetail]) -> Sheet:
+    """The page. details: of each of its hazards."""
+    held = sum(hazard.ok for hazard in found.hazards)
     overview = Table(
         "Each hazard by its worst run",
         (
@@ -47,51 +56,51 @@ def page(data: Summary, details: Sequence[Summary]) -> Sheet:
             "searched",
             "ok",
         ),
-        tuple(_overview(hazard) for hazard in details),
+        tuple(_overview(detail) for detail in details),
     )
     return Sheet(
         title="Safety case",
-        verdict=f"{held} of {len(details)} hazards answered within their bounds",
-        good=data["ok"],
+        verdict=f"{held} of {len(found.hazards)} hazards answered within their bounds",
+        good=found.ok,
         lead=LEAD,
         run=(
-            ("version", data["version"]),
-            ("runs", str(data["runs"])),
-            ("seeds", ", ".join(str(seed) for seed in data["seeds"])),
-            ("left inside", _left_inside(data["left_inside"])),
+            ("version", found.version),
+            ("runs", str(found.runs)),
+            ("seeds", ", ".join(str(seed) for seed in found.seeds)),
+            ("left inside", _left_inside(found.left_inside)),
         ),
         sections=(
-            Section("Overview", (), (overview, *_stayed(details))),
+            Section("Overview", (), (overview, *_stayed(found.hazards))),
             Section("How it was judged", METHOD),
             Section("Worst run of each hazard"),
-            *(_section(hazard) for hazard in details),
+            *(_section(detail) for detail in details),
         ),
     )
 
 
-def _left_inside(found: Summary) -> str:
+def _left_inside(found: LeftInsideCount) -> str:
     """Runs that ended with the tip inside, in words."""
-    if not found["count"]:
+    if not found.count:
         return "in no run"
     return (
-        f"in {found['count']} runs, {found['unavoidable']} of them unavoidable; "
-        f"{found['told']} told high in time"
+        f"in {found.count} runs, {found.unavoidable} of them unavoidable; "
+        f"{found.told} told high in time"
     )
 
 
-def _stayed(details: Sequence[Summary]) -> tuple[Table, ...]:
+def _stayed(hazards: Sequence[HazardSummary]) -> tuple[Table, ...]:
     """Hazards in which a catheter stayed inside: why, and what a person must do."""
     rows = tuple(
         (
-            Cell(hazard["id"], href=f"#{hazard['id']}"),
-            hazard["left_inside"]["count"],
-            hazard["left_inside"]["unavoidable"],
-            hazard["left_inside"]["told"],
-            "; ".join(hazard["unavoidable"]) or "nothing makes it so",
-            " ".join(hazard["person"]),
+            Cell(hazard.id, href=f"#{hazard.id}"),
+            hazard.left_inside.count,
+            hazard.left_inside.unavoidable,
+            hazard.left_inside.told,
+            "; ".join(hazard.unavoidable) or "nothing makes it so",
+            " ".join(hazard.person),
         )
-        for hazard in details
-        if hazard["left_inside"]["count"]
+        for hazard in hazards
+        if hazard.left_inside.count
     )
     if not rows:
         return ()
@@ -99,139 +108,145 @@ def _stayed(details: Sequence[Summary]) -> tuple[Table, ...]:
     return (Table("Left inside at the end of the run", columns, rows),)
 
 
-TIMES = ("detected_ms", "detected_bound_ms", "safe_ms", "safe_bound_ms")
-"""Of the worst run, each with its bound, in whole ms."""
-
-
-def _times(entry: Summary) -> tuple[int | None, ...]:
-    return tuple(None if entry[name] is None else round(entry[name]) for name in TIMES)
+def _times(worst: HazardSummary | FaultSummary) -> tuple[int | None, ...]:
+    """Alarm and safe state of the worst run, each with its bound, in whole ms."""
+    times = (worst.detected_ms, worst.detected_bound_ms, worst.safe_ms, worst.safe_bound_ms)
+    return tuple(None if time is None else round(time) for time in times)
 
 
 def _name(alarm: str | None) -> str:
     return "-" if alarm is None else alarm.replace("_", " ")
 
 
-def _overview(hazard: Summary) -> tuple[object, ...]:
-    alarm = _name(hazard["alarm"])
-    if hazard["refusal"]:
+def _overview(detail: HazardDetail) -> tuple[object, ...]:
+    hazard = detail.summary
+    alarm = _name(hazard.alarm)
+    if detail.refusal:
         alarm = "refused before the start"
-    elif hazard["within_limits"]:
+    elif hazard.within_limits:
         alarm = "not needed: within every limit"
     detected, detected_bound, safe, safe_bound = _times(hazard)
-    left = hazard["left_inside"]
+    left = hazard.left_inside
     return (
-        Cell(hazard["id"], href=f"#{hazard['id']}"),
-        hazard["hazard"],
+        Cell(hazard.id, href=f"#{hazard.id}"),
+        hazard.hazard,
         alarm,
-        hazard["priority"],
+        hazard.priority,
         detected,
         detected_bound,
-        hazard["safe_state"],
+        hazard.safe_state,
         safe,
         safe_bound,
-        f"{left['count']} ({left['unavoidable']} unavoidable)" if left["count"] else "-",
-        f"{hazard['broken']} of {hazard['runs']}",
-        describe_search(hazard["searched"]),
-        hazard["ok"],
+        f"{left.count} ({left.unavoidable} unavoidable)" if left.count else "-",
+        f"{hazard.broken} of {hazard.runs}",
+        describe_search(hazard.searched),
+        hazard.ok,
     )
 
 
-def describe_search(found: Summary) -> str:
+def describe_search(found: HarmSearchResult) -> str:
     """How many searched runs broke a bound, or how near the worst of them came to one."""
-    if found["broken"]:
-        return f"{found['broken']} of {found['runs']} broken"
-    worst = found["worst"]
+    if found.broken:
+        return f"{found.broken} of {found.runs} broken"
+    worst = found.worst
     if worst is None:
         return "-"
-    share = 100.0 * max(worst["share"], 0.0)
-    return f"{share:.0f} % to {worst['bound']}" if share >= 0.5 else "nothing borne"
+    if worst.share is None:
+        return f"beyond {worst.bound}"
+    share = 100.0 * max(worst.share, 0.0)
+    return f"{share:.0f} % to {worst.bound}" if share >= 0.5 else "nothing borne"
 
 
-def _worst_searched(found: Summary) -> str:
-    """The worst run of a search in a sentence."""
-    worst = (*found["problems"], found["worst"])[0]
-    at = "" if worst["after_s"] is None else f"@{worst['after_s']:g}"
-    strength = "" if worst["strength"] is None else f"={worst['strength']:.3g}"
-    end = f"broke {', '.join(worst['broken'])}" if worst["broken"] else "broke none"
-    told = "people were told" if worst["told"] else "nobody was told"
+def _value(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _worst_searched(runs: int, worst: HarmSearchRun) -> str:
+    """The worst run of a search in a sentence. runs: of the search."""
+    at = "" if worst.after_s is None else f"@{worst.after_s:g}"
+    strength = "" if worst.strength is None else f"={worst.strength:.3g}"
+    end = f"broke {', '.join(worst.broken)}" if worst.broken else "broke none"
+    told = "people were told" if worst.told else "nobody was told"
     return (
-        f"Worst of {found['runs']} searched runs: {worst['fault']}{at}{strength}, "
-        f"{worst['patient']} by {worst['approach']}, seed {worst['seed']}: {worst['bound']} "
-        f"{worst['worst']:.3g} {worst['unit']} of {worst['limit']:.3g}; it {end}, and {told}."
+        f"Worst of {runs} searched runs: {worst.fault}{at}{strength}, "
+        f"{worst.patient} by {worst.approach}, seed {worst.seed}: {worst.bound} "
+        f"{_value(worst.worst)} {worst.unit} of {_value(worst.limit)}; it {end}, and {told}."
     )
 
 
-def _section(hazard: Summary) -> Section:
+def _section(detail: HazardDetail) -> Section:
+    hazard = detail.summary
     text = [
-        f"Cause: {hazard['cause']}. Effect: {hazard['effect']} ({hazard['severity']}).",
-        f"Detection: {hazard['detection']}. Control: {hazard['control']}.",
-        f"Safe state: {hazard['safe_state_words']}.",
-        "Why these bounds: " + " ".join(hazard["because"]),
+        f"Cause: {detail.cause}. Effect: {detail.effect} ({hazard.severity}).",
+        f"Detection: {detail.detection}. Control: {detail.control}.",
+        f"Safe state: {detail.safe_state}.",
+        "Why these bounds: " + " ".join(detail.because),
     ]
-    if hazard["sentence"]:
-        text.append(f"What a person reads: {hazard['sentence']}")
-    requirements = ", ".join(hazard["requirements"])
-    text.append(f"Requirements: {requirements}. Worst run: {hazard['fault']}.")
-    title = f"{hazard['id']} {hazard['hazard']}{'' if hazard['ok'] else ': broken'}"
-    if hazard["only_because"]:
-        text.insert(3, "Not for all: " + "; ".join(hazard["only_because"]) + ".")
-    if hazard["harm"]:
+    if detail.sentence:
+        text.append(f"What a person reads: {detail.sentence}")
+    requirements = ", ".join(hazard.requirements)
+    text.append(f"Requirements: {requirements}. Worst run: {hazard.fault}.")
+    title = f"{hazard.id} {hazard.hazard}{'' if hazard.ok else ': broken'}"
+    if hazard.only_because:
+        text.insert(3, "Not for all: " + "; ".join(hazard.only_because) + ".")
+    if hazard.harm:
         text.append(
-            f"Bounds of the patient that were broken in some run: {', '.join(hazard['harm'])}."
+            f"Bounds of the patient that were broken in some run: {', '.join(hazard.harm)}."
         )
-    if hazard["searched"]["worst"] is not None:
-        text.append(_worst_searched(hazard["searched"]))
-    faults, plots = (_faults(hazard["faults"]),), _plots(hazard)
-    return Section(title, tuple(text), faults, plots, anchor=hazard["id"])
+    found = hazard.searched
+    if found.worst is not None:
+        text.append(_worst_searched(found.runs, (*found.problems, found.worst)[0]))
+    return Section(title, tuple(text), (_faults(detail.faults),), _plots(detail), anchor=hazard.id)
 
 
-def _faults(faults: Sequence[Summary]) -> Table:
+def _faults(faults: Sequence[FaultSummary]) -> Table:
     """Every fault of a hazard by its worst run."""
     columns = ("fault", "comes in", "strengths", "runs", "alarm", "ms", "bound", "safe, ms")
     rows = tuple(
         (
-            entry["fault"],
-            entry["phase"],
-            entry["strengths"],
-            entry["runs"],
-            _name(entry["alarm"]),
-            *_times(entry),
-            entry["finding"],
-            entry["ok"],
+            fault.fault,
+            fault.phase,
+            fault.strengths,
+            fault.runs,
+            _name(fault.alarm),
+            *_times(fault),
+            fault.finding,
+            fault.ok,
         )
-        for entry in faults
+        for fault in faults
     )
     return Table("Faults; of each the worst run", (*columns, "bound", "finding", "ok"), rows)
 
 
-def _plots(hazard: Summary) -> tuple[Plot, ...]:
+def _plots(detail: HazardDetail) -> tuple[Plot, ...]:
     """Strip chart of the worst run; none where the cycle was refused."""
-    strip = hazard["strip"]
+    strip = detail.strip
     if strip is None:
         return ()
-    marks = tuple(Level(mark["time_s"], mark["name"]) for mark in hazard["marks"])
+    time_s = strip.time_s.astype(float)
+    marks = tuple(Level(mark.time_s, mark.name) for mark in detail.marks)
 
-    def chart(title: str, y_label: str, *curves: tuple[str, str, str]) -> Plot:
-        drawn = tuple(Curve(label, strip[name].astype(float), hue) for label, name, hue in curves)
-        return Plot(title, "Time (s)", y_label, drawn, strip["time_s"].astype(float), marks=marks)
+    def chart(title: str, y_label: str, *curves: tuple[str, Series, str]) -> Plot:
+        drawn = tuple(Curve(label, values.astype(float), hue) for label, values, hue in curves)
+        return Plot(title, "Time (s)", y_label, drawn, time_s, marks=marks)
 
     return (
         chart(
             "Catheter",
             "mm below the tube",
-            ("Tip", "tip_mm", "tip"),
-            ("Catheter head", "head_mm", "head"),
+            ("Tip", strip.tip_mm, "tip"),
+            ("Catheter head", strip.head_mm, "head"),
         ),
         chart(
             "Suction",
             "mmHg, %",
-            ("Line vacuum (mmHg)", "vacuum_mmhg", "line-vacuum"),
-            ("Valve open (%)", "valve_percent", "valve"),
+            ("Line vacuum (mmHg)", strip.vacuum_mmhg, "line-vacuum"),
+            ("Valve open (%)", strip.valve_percent, "valve"),
         ),
         chart(
             "Answer",
             "Level",
-            ("Governor: 2 hold, 3 withdraw, 4 torque off", "reaction", "reference"),
-            ("Alarm: 1 low, 2 medium, 3 high", "priority", "contact"),
+            ("Governor: 2 hold, 3 withdraw, 4 torque off", strip.reaction, "reference"),
+            ("Alarm: 1 low, 2 medium, 3 high", strip.priority, "contact"),
         ),
     )
