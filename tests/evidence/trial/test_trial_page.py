@@ -30,8 +30,8 @@ def test_it_says_what_was_asked_and_who_judged() -> None:
     assert "`opensuction trial --cycles 1 --faults single --cohort neonate --seed 7`" in text
     assert "with a drawn patient (`neonate`), by travel and contact" in text
     assert "`oracle/`, from the twin's truth alone" in text
-    assert "\n**What was asked.** 1 cycles on 1 drawn machines" in text
-    assert "\n**Who judged.** What happened to the patient" in text
+    assert "\n**Scope.** 1 cycles on 1 drawn machines" in text
+    assert "\n**Judgement.** What happened to the patient" in text
     assert "## Not asked" in text
     assert "Drawn machines refused before they began: 1, for example:" in text
     assert "2 cycles a second by 2 processes" in text
@@ -70,7 +70,7 @@ def test_what_is_said_of_sound_cycles_stands_there_the_false_first() -> None:
     true = case(1)._replace(true_alarms=("SPO2_LOW",))
     false = case(2)._replace(false_alarms=("LINE_CLOGGED",), completed=False)
     text = page(true, false, case(3), trial=Trial(faults="none"))
-    assert "## What was said of sound cycles\n\nOf 3 cycles without a fault 1 tripped" in text
+    assert "## Alarms in cycles without a fault\n\nOf 3 cycles without a fault 1 tripped" in text
     first = text.index("| 2 | adult-icu, travel | LINE_CLOGGED | - | no |")
     assert first < text.index("| 1 | adult-icu, travel | - | SPO2_LOW | yes |")
     assert "| nothing said that is not so, no fault | 3 | 1 | 86 % |" in text
@@ -105,7 +105,7 @@ def test_endpoints_stand_by_patient() -> None:
 def test_what_nothing_told_is_listed_and_nothing_else() -> None:
     told = case(2, Fault.GEAR_WORN)._replace(told=True)
     text = page(case(1, Fault.PUMP_LOST), told)
-    assert "## What nothing told\n" in text
+    assert "## Faults without an alarm\n" in text
     assert "| `pump-lost` | 1 | 1 |" in text
     assert "| `gear-worn` | 1" not in text
 

@@ -80,7 +80,7 @@ def _asked(result: TrialResult) -> list[str]:
         "",
         f"`{command(result)}`",
         "",
-        f"**What was asked.** {result.cycles:,} cycles on {result.machines:,} drawn machines, "
+        f"**Scope.** {result.cycles:,} cycles on {result.machines:,} drawn machines, "
         f"each with a drawn patient ({patients}), by {approaches}, compensation "
         f"`{trial.compensation}`, pre-oxygenation {trial.preoxygenation} where guidelines "
         "ask for it. Sensors err as such parts are sold, what the controller is told of the "
@@ -88,7 +88,7 @@ def _asked(result: TrialResult) -> list[str]:
         f"{_asked_of_faults(trial.faults)} Every cycle follows from its number "
         f"alone, and can be played again: `{play_any}` writes its report.",
         "",
-        "**Who judged.** What happened to the patient: `oracle/`, from the twin's truth alone, "
+        "**Judgement.** What happened to the patient: `oracle/`, from the twin's truth alone, "
         "over the whole cycle and after it, less what a fault states that it makes unavoidable. "
         "What the controller sends: its invariants, which no fault excuses. Watched for "
         f"{watched.most:g} s once the machine was at rest: machine and patient "
@@ -200,7 +200,7 @@ def _said(result: TrialResult) -> list[str]:
         return _said_before(result.false_before_fault)
     lines = [
         "",
-        "## What was said of sound cycles",
+        "## Alarms in cycles without a fault",
         "",
         f"Of {result.counted.none:,} cycles without a fault {result.false_alarms:,} tripped, "
         f"were broken off or told something that was not so; {result.true_alarms:,} told "
@@ -306,7 +306,7 @@ def _untold(result: TrialResult) -> list[str]:
     if not rows:
         return []
     head = ("fault, alone", "cycles", "of these untold")
-    return ["", "## What nothing told", "", *_table(head, rows)]
+    return ["", "## Faults without an alarm", "", *_table(head, rows)]
 
 
 def _not_asked(result: TrialResult) -> list[str]:
