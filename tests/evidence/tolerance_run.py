@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from opensuction.evidence.trial import judged_cycle, sound_machine
-from opensuction.evidence.trial.draw import Trial
 from opensuction.kernel.errors import InputError
+from opensuction.result.trial_result import Trial
 from opensuction.safety.condition import Condition
 from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin import parameter

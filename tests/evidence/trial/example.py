@@ -1,7 +1,8 @@
 """Cycles of a trial written down by hand."""
 
-from opensuction.evidence.trial.judged_cycle import Came, Case, Endpoints
+from opensuction.evidence.trial.judged_cycle import Came, Case
 from opensuction.oracle.harm import Harm
+from opensuction.result.trial_result import Endpoints
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.simulation.injection.run_judgement import LeftInside
 from opensuction.twin.fault.fault import Fault

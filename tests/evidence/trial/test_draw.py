@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from opensuction.evidence.trial import cohort, draw
-from opensuction.evidence.trial.draw import FAULTS, Trial
+from opensuction.evidence.trial.draw import FAULTS
 from opensuction.kernel.errors import InputError
+from opensuction.result.trial_result import Trial
 from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
-SINGLE, DOUBLE, NONE = (Trial(faults=name) for name in ("single", "double", "none"))
+SINGLE, DOUBLE, NONE = Trial(faults="single"), Trial(faults="double"), Trial(faults="none")
 
 
 def test_a_cohort_has_its_patients_by_every_approach() -> None:

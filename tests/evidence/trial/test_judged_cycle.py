@@ -5,11 +5,12 @@ import pytest
 
 from opensuction.evidence import healthy_cycle
 from opensuction.evidence.trial import draw, judged_cycle, post_cycle_observation, sound_machine
-from opensuction.evidence.trial.draw import DrawnFault, Trial
+from opensuction.evidence.trial.draw import DrawnFault
 from opensuction.evidence.trial.judged_cycle import JUDGED, Case, Played
 from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.kernel.errors import InputError
 from opensuction.oracle import exposure
+from opensuction.result.trial_result import Trial
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
@@ -186,6 +187,7 @@ def test_a_sound_cycle_is_quiet_and_gives_its_endpoints(
         assert case.watched_s < post_cycle_observation.WATCHED_S
         found = case.endpoints
         assert found.removed_ml > 0.0
+        assert found.removed_percent is not None
         assert 0.0 < found.removed_percent <= 100.0
         assert 2.0 < found.suction_s < found.in_airway_s < 30.0
         assert 80.0 < found.spo2_least_percent <= 100.0

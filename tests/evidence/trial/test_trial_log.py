@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from opensuction.evidence.trial import trial_log
-from opensuction.evidence.trial.draw import Trial
 from opensuction.evidence.trial.part import PlayedPart
 from opensuction.kernel.errors import InputError
+from opensuction.result.trial_result import Trial
 from opensuction.twin.fault.fault import Fault
 from tests.evidence.trial.example import BREACH, HARM, STAYS, case
 

@@ -3,11 +3,10 @@
 import pytest
 
 from opensuction.evidence.trial import trial_log, trial_page, trial_summary
-from opensuction.evidence.trial.draw import Trial
 from opensuction.evidence.trial.judged_cycle import Case
 from opensuction.evidence.trial.part import PlayedPart
 from opensuction.evidence.trial.trial_summary import Effort
-from opensuction.result.plain import Json
+from opensuction.result.trial_result import Trial, TrialResult
 from opensuction.twin.fault.fault import Fault
 from tests.evidence.trial.example import BREACH, HARM, STAYS, case
 
@@ -15,14 +14,14 @@ EFFORT = Effort(workers=2, wall_s=60.0, cycles=120, date_utc="2026-11-23")
 SINGLE = Trial()
 
 
-def summary(*cases: Case, trial: Trial = SINGLE, asked: int | None = None) -> Json:
+def summary(*cases: Case, trial: Trial = SINGLE, asked: int | None = None) -> TrialResult:
     heading = trial_log.make_heading(trial, len(cases) if asked is None else asked)
     part = PlayedPart(0, cases, ("neonate, travel, seed 7: it cannot",))
-    return trial_summary.plain(heading, [part], EFFORT)
+    return trial_summary.summarise(heading, [part], EFFORT)
 
 
 def page(*cases: Case, trial: Trial = SINGLE, asked: int | None = None) -> str:
-    return trial_page.markdown(summary(*cases, trial=trial, asked=asked), "2026-11-23")
+    return trial_page.markdown(summary(*cases, trial=trial, asked=asked))
 
 
 def test_it_says_what_was_asked_and_who_judged() -> None:
@@ -31,6 +30,8 @@ def test_it_says_what_was_asked_and_who_judged() -> None:
     assert "`opensuction trial --cycles 1 --faults single --cohort neonate --seed 7`" in text
     assert "with a drawn patient (`neonate`), by travel and contact" in text
     assert "`oracle/`, from the twin's truth alone" in text
+    assert "\n**Scope.** 1 cycles on 1 drawn machines" in text
+    assert "\n**Judgement.** What happened to the patient" in text
     assert "## Not asked" in text
     assert "Drawn machines refused before they began: 1, for example:" in text
     assert "2 cycles a second by 2 processes" in text
@@ -69,7 +70,7 @@ def test_what_is_said_of_sound_cycles_stands_there_the_false_first() -> None:
     true = case(1)._replace(true_alarms=("SPO2_LOW",))
     false = case(2)._replace(false_alarms=("LINE_CLOGGED",), completed=False)
     text = page(true, false, case(3), trial=Trial(faults="none"))
-    assert "Of 3 cycles without a fault 1 tripped" in text
+    assert "## Alarms in cycles without a fault\n\nOf 3 cycles without a fault 1 tripped" in text
     first = text.index("| 2 | adult-icu, travel | LINE_CLOGGED | - | no |")
     assert first < text.index("| 1 | adult-icu, travel | - | SPO2_LOW | yes |")
     assert "| nothing said that is not so, no fault | 3 | 1 | 86 % |" in text
@@ -79,7 +80,7 @@ def test_what_is_said_of_sound_cycles_stands_there_the_false_first() -> None:
 def test_what_was_said_before_a_fault_is_told_apart() -> None:
     early = case(1, Fault.PUMP_LOST)._replace(false_alarms=("LINE_CLOGGED",))
     found = summary(early)
-    assert (found["false_before_fault"], found["false_alarms"]) == (1, 0)
+    assert (found.false_before_fault, found.false_alarms) == (1, 0)
     assert "In 1 cycles something that was not so" in page(early)
     assert not early.is_broken
     assert early._replace(faults=()).is_broken
@@ -104,13 +105,14 @@ def test_endpoints_stand_by_patient() -> None:
 def test_what_nothing_told_is_listed_and_nothing_else() -> None:
     told = case(2, Fault.GEAR_WORN)._replace(told=True)
     text = page(case(1, Fault.PUMP_LOST), told)
+    assert "## Faults without an alarm\n" in text
     assert "| `pump-lost` | 1 | 1 |" in text
     assert "| `gear-worn` | 1" not in text
 
 
 def test_a_trial_that_is_not_complete_says_so_and_is_not_good() -> None:
     found = summary(case(1, Fault.PUMP_LOST), asked=2)
-    assert "**Not complete:** 1 of 2 cycles." in trial_page.markdown(found, "2026-11-23")
+    assert "**Not complete:** 1 of 2 cycles." in trial_page.markdown(found)
     assert not trial_summary.is_good(found)
     assert trial_summary.is_good(summary(case(1, Fault.PUMP_LOST)))
 

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.evidence.trial.draw import Trial
     from opensuction.evidence.trial.part import PlayedPart
     from opensuction.evidence.trial.trial import Standing
     from opensuction.evidence.trial.trial_log import Heading
+    from opensuction.result.trial_result import Trial
 
 FILES = ("trial.json", "trial.md")
 
@@ -71,7 +71,7 @@ def _choose(options: TrialOptions, usual: "Trial") -> "Trial":
 
 def _play(options: TrialOptions, number: int) -> int:
     """Play one cycle again."""
-    from opensuction.evidence.trial.draw import Trial
+    from opensuction.result.trial_result import Trial
 
     if options.resume or options.cycles is not None:
         raise InputError("--play plays one cycle: leave --resume and --cycles out")
@@ -98,12 +98,13 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
     html = page.render(result, found.run.columns, machine_summary.sections(found.prepared))
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
-    data = to_json(result) | {"trial": trial_summary.plain_case(trial, found.case)}
+    summary = trial_summary.summarise_case(trial, found.case)
+    data = to_json(result) | {"trial": to_json(summary)}
     files = {"report.html": html, "cycle.json": to_text(data)}
 
     def summarise(console: "Console", folder: Path) -> None:
         terminal.print_summary(console, result, [folder / name for name in files])
-        for one in data["trial"]["violations"]:
+        for one in summary.violations:
             for line in trial_words.violation(one).splitlines():
                 console.print(line, soft_wrap=True)
 
@@ -155,7 +156,7 @@ def _carry_out(
 def _choose_heading(options: TrialOptions) -> "Heading":
     """The trial that is asked for, or that goes on; raises InputError for what does not fit."""
     from opensuction.evidence.trial import part, trial_log
-    from opensuction.evidence.trial.draw import Trial
+    from opensuction.result.trial_result import Trial
 
     out = options.results.out
     if options.resume:
@@ -274,16 +275,18 @@ def _conclude(
     """What a trial came to, its files and its summary."""
     from opensuction.evidence.trial import trial_page, trial_summary
     from opensuction.evidence.trial.trial_summary import Effort
+    from opensuction.result.plain import to_json
 
     now = datetime.now(tz=UTC)
     effort = Effort(workers, teller.elapsed_s, teller.cycles - teller.kept, f"{now:%Y-%m-%d}")
-    data = trial_summary.plain(heading, parts, effort)
-    files = {"trial.json": to_text(data), "trial.md": trial_page.markdown(data, effort.date_utc)}
+    found = trial_summary.summarise(heading, parts, effort)
+    data = to_json(found)
+    files = {"trial.json": to_text(data), "trial.md": trial_page.markdown(found)}
     return CommandResult(
         data,
         files,
-        lambda console, folder: trial_words.summarise(console, data, folder),
-        is_good=trial_summary.is_good(data),
+        lambda console, folder: trial_words.summarise(console, found, folder),
+        is_good=trial_summary.is_good(found),
     )
 
 

@@ -5,11 +5,12 @@ and any part of a trial on its own, and a longer trial begins with the cycles of
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 from opensuction.evidence.trial import cohort
 from opensuction.evidence.trial.cohort import Kind
 from opensuction.kernel import random_stream
+from opensuction.result.trial_result import FaultCount, Trial
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -17,7 +18,7 @@ PURPOSE = 72
 """Number of the noise stream of trials."""
 BLOCKS = 4
 """Pairs of random numbers that a cycle may draw: two faults take three numbers each."""
-FAULT_COUNTS = {"none": 0, "single": 1, "double": 2}
+FAULT_COUNTS: dict[str, int] = {name: many for many, name in enumerate(get_args(FaultCount))}
 """How many faults come to a cycle, by the name that the command line takes."""
 MACHINE_SEEDS = 1_000_000
 """Seeds of machines that a trial has for itself."""
@@ -29,26 +30,6 @@ FAULTS = tuple(fault for fault, row in ROWS.items() if not row.is_setup)
 """Whatever can happen to a running machine."""
 
 
-class Trial(NamedTuple):
-    """Which cycles: the same trial has the same cycle under a number, however many there are."""
-
-    faults: str = "single"
-    """A name of `FAULT_COUNTS`."""
-    cohort: str = cohort.PRESETS
-    seed: int = 1
-    compensation: str = "preview"
-    preoxygenation: str = "confirmed"
-    """Where guidelines ask for it; a name of `session.cycle.preoxygenation.ANSWERS`."""
-
-    @property
-    def per_machine(self) -> int:
-        """Cycles on one machine; where nothing is injected, machines are all that differs.
-
-        To prepare one, and to play its own cycle, takes as long as some five cycles with faults.
-        """
-        return 1 if self.faults == "none" else 50
-
-
 class DrawnFault(NamedTuple):
     """A fault of a cycle, as it is drawn."""
 
@@ -58,10 +39,18 @@ class DrawnFault(NamedTuple):
     """When it comes, as a share of the time in the airway and the second before, 0 to 1."""
 
 
+def count_per_machine(trial: Trial) -> int:
+    """Cycles on one machine; where nothing is injected, machines are all that differs.
+
+    To prepare one, and to play its own cycle, takes as long as some five cycles with faults.
+    """
+    return 1 if trial.faults == "none" else 50
+
+
 def find_machine(trial: Trial, number: int) -> int:
     """Machine, from 0 on, of the cycle of a number, 1 or more: as many take turns as kinds."""
     kinds = len(cohort.list_kinds(trial.cohort))
-    group, within = divmod(number - 1, kinds * trial.per_machine)
+    group, within = divmod(number - 1, kinds * count_per_machine(trial))
     return group * kinds + within % kinds
 
 
@@ -69,15 +58,15 @@ def list_numbers(trial: Trial, machine: int, cycles: int) -> list[int]:
     """Numbers of the cycles of a machine, of those up to ``cycles``."""
     kinds = len(cohort.list_kinds(trial.cohort))
     group, kind = divmod(machine, kinds)
-    first = 1 + group * kinds * trial.per_machine + kind
-    numbers = range(first, first + kinds * trial.per_machine, kinds)
+    first = 1 + group * kinds * count_per_machine(trial) + kind
+    numbers = range(first, first + kinds * count_per_machine(trial), kinds)
     return [number for number in numbers if number <= cycles]
 
 
 def count_machines(trial: Trial, cycles: int) -> int:
     """How many machines so many cycles take."""
     kinds = len(cohort.list_kinds(trial.cohort))
-    groups, within = divmod(cycles, kinds * trial.per_machine)
+    groups, within = divmod(cycles, kinds * count_per_machine(trial))
     return groups * kinds + min(within, kinds)
 
 

@@ -17,6 +17,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.oracle import exposure
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import Harm
+from opensuction.result.trial_result import Endpoints
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.closed_loop import DT_S
@@ -61,19 +62,6 @@ class Came(NamedTuple):
     """Instant, from the start."""
     counts: bool
     """Whether it could matter: the tip was inside then or later, or about to be."""
-
-
-class Endpoints(NamedTuple):
-    """What a cycle did to its patient, by the truth: what trials of devices compare."""
-
-    removed_ml: float
-    removed_percent: float
-    """Of the secretions that lay there, and came meanwhile."""
-    spo2_least_percent: float
-    lung_volume_loss_ml: float
-    in_airway_s: float
-    suction_s: float
-    force_peak_n: float
 
 
 class Case(NamedTuple):
@@ -224,7 +212,7 @@ def _measure(prepared: Prepared, played: Played, borne: PatientExposure) -> Endp
     there_ml = cycle_run.secretion_ml(prepared, played.rested * DT_S)
     return Endpoints(
         removed_ml=removed_ml,
-        removed_percent=100.0 * removed_ml / there_ml if there_ml > 0.0 else math.nan,
+        removed_percent=100.0 * removed_ml / there_ml if there_ml > 0.0 else None,
         spo2_least_percent=borne.spo2_least_percent,
         lung_volume_loss_ml=borne.lung_volume_loss_ml,
         in_airway_s=borne.in_airway_s,

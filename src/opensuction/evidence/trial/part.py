@@ -5,10 +5,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from opensuction.evidence.trial import cohort, draw, judged_cycle, sound_machine
-from opensuction.evidence.trial.draw import Trial
 from opensuction.evidence.trial.judged_cycle import Case
 from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.kernel.errors import InputError
+from opensuction.result.trial_result import Trial
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import resolution
 from opensuction.session.cycle.cycle_run import Prepared

@@ -14,8 +14,8 @@ from opensuction.evidence import healthy_cycle
 from opensuction.evidence.healthy_cycle import AIRWAY, HealthyCycle
 from opensuction.evidence.trial import draw
 from opensuction.evidence.trial.cohort import Kind
-from opensuction.evidence.trial.draw import Trial
 from opensuction.kernel.errors import InputError
+from opensuction.result.trial_result import Trial
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, preoxygenation, resolution
 from opensuction.session.cycle.cycle_run import Prepared

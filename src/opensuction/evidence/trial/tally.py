@@ -1,65 +1,37 @@
 """Counts of a trial: broken bounds with their confidence bounds, unnoticed faults, endpoints."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
 import numpy as np
 from scipy.stats import beta
 
-from opensuction.evidence.trial.judged_cycle import Case, Endpoints
+from opensuction.evidence.trial.judged_cycle import Case
+from opensuction.result.trial_result import (
+    ByFaults,
+    Endpoints,
+    EndpointSpread,
+    LateFaults,
+    LeftInsideCount,
+    PatientEndpoints,
+    ShareBound,
+    TrialBounds,
+    Unnoticed,
+)
 from opensuction.simulation.injection.run_judgement import count_left_inside
 
 CONFIDENCE = 0.95
-COUNTS = ("none", "single", "double")
-"""How many faults of a cycle counted."""
 PERCENTILES = (50.0, 5.0, 95.0)
+Value = TypeVar("Value")
 
 
-class Bound(NamedTuple):
-    """Share of cycles that broke something, with its upper 95 % confidence bound."""
-
-    cycles: int
-    broken: int
-    upper_percent: float
-
-
-class Violation(NamedTuple):
-    """A bound that a cycle broke; the number plays it again."""
-
-    number: int
-    patient: str
-    approach: str
-    faults: tuple[str, ...]
-    counted: int
-    bound: str
-    is_command: bool
-    """What was commanded, not what happened to the patient."""
-    worst: float
-    limit: float
-
-
-class Unnoticed(NamedTuple):
-    """Cycles to which a fault came alone, and those of them in which nobody was told anything."""
-
-    cycles: int
-    unnoticed: int
-
-
-class EndpointSpread(NamedTuple):
-    """An endpoint over cycles."""
-
-    median: float
-    p5: float
-    p95: float
-
-
-def bound(cycles: int, broken: int) -> Bound:
+def bound(cycles: int, broken: int) -> ShareBound:
     """Clopper and Pearson's one-sided upper bound on the share of cycles that break something."""
     if broken >= cycles:
-        return Bound(cycles, broken, 100.0)
+        return ShareBound(cycles, broken, 100.0)
     upper = float(beta.ppf(CONFIDENCE, broken + 1, cycles - broken))
-    return Bound(cycles, broken, 100.0 * upper)
+    return ShareBound(cycles, broken, 100.0 * upper)
 
 
 def title(case: Case) -> tuple[str, ...]:
@@ -67,51 +39,33 @@ def title(case: Case) -> tuple[str, ...]:
     return tuple(sorted(one.fault.title for one in case.faults if one.counts))
 
 
-def bounds(cases: Sequence[Case]) -> dict[str, Bound]:
+def by_faults(cases: Sequence[Case], count: Callable[[Sequence[Case]], Value]) -> ByFaults[Value]:
+    """A count of the cycles by how many of their faults counted."""
+    counts = range(len(ByFaults._fields))
+    return ByFaults(*(count([case for case in cases if case.counted == many]) for many in counts))
+
+
+def bounds(cases: Sequence[Case]) -> TrialBounds:
     """Of commands in all cycles, of patients by how many faults counted, and of false alarms."""
-    found = {"commands": bound(len(cases), sum(bool(case.commands) for case in cases))}
-    for count, name in enumerate(COUNTS):
-        chosen = [case for case in cases if case.counted == count]
-        found[name] = bound(len(chosen), sum(bool(case.breaches) for case in chosen))
     sound = [case for case in cases if not case.counted]
-    found["false_alarms"] = bound(len(sound), sum(bool(case.false_alarms) for case in sound))
-    return found
+    return TrialBounds(
+        commands=bound(len(cases), sum(bool(case.commands) for case in cases)),
+        patient=by_faults(
+            cases, lambda some: bound(len(some), sum(bool(case.breaches) for case in some))
+        ),
+        false_alarms=bound(len(sound), sum(bool(case.false_alarms) for case in sound)),
+    )
 
 
-def list_violations(cases: Iterable[Case]) -> list[Violation]:
-    """Every bound that was broken, by the number of its cycle."""
-    found = []
-    for case in cases:
-        sides = [(one.invariant, True, one.worst, one.bound) for one in case.commands]
-        sides += [(one.name, False, one.worst, one.limit) for one in case.breaches]
-        for name, is_command, worst, limit in sides:
-            found.append(
-                Violation(
-                    case.number,
-                    case.patient,
-                    case.approach,
-                    title(case),
-                    case.counted,
-                    name,
-                    is_command,
-                    worst,
-                    limit,
-                )
-            )
-    return sorted(found, key=lambda one: (one.number, one.bound))
-
-
-def count_too_late(cases: Iterable[Case]) -> Counter[str]:
+def count_too_late(cases: Iterable[Case]) -> LateFaults:
     """Faults that came when they could do nothing any more, by name."""
-    return Counter(one.fault.title for case in cases for one in case.faults if not one.counts)
+    found = Counter(one.fault.title for case in cases for one in case.faults if not one.counts)
+    return LateFaults(found.total(), dict(sorted(found.items())))
 
 
-def left_inside(cases: Sequence[Case]) -> dict[str, dict[str, int]]:
-    """Catheters left inside by how many faults counted."""
-    return {
-        name: count_left_inside(case.left_inside for case in cases if case.counted == count)
-        for count, name in enumerate(COUNTS)
-    }
+def left_inside(cases: Iterable[Case]) -> LeftInsideCount:
+    """Catheters left inside."""
+    return LeftInsideCount(**count_left_inside(case.left_inside for case in cases))
 
 
 def unnoticed(cases: Iterable[Case]) -> dict[str, Unnoticed]:
@@ -122,17 +76,19 @@ def unnoticed(cases: Iterable[Case]) -> dict[str, Unnoticed]:
     return {name: Unnoticed(every[name], missed[name]) for name in sorted(every)}
 
 
-def endpoints(cases: Sequence[Case]) -> dict[str, EndpointSpread]:
+def endpoints(cases: Sequence[Case]) -> PatientEndpoints:
     """Median, 5th and 95th percentile of each endpoint; what has no number in a cycle is left out.
 
-    cases: at least one.
+    cases: at least one, of one patient.
     """
-    found = {}
-    for name in Endpoints._fields:
-        values = np.array([getattr(case.endpoints, name) for case in cases])
-        values = values[np.isfinite(values)]
-        if values.size:
-            found[name] = EndpointSpread(
-                *(float(one) for one in np.percentile(values, PERCENTILES))
-            )
-    return found
+    columns = zip(*(case.endpoints for case in cases), strict=True)
+    spreads = dict(zip(Endpoints._fields, map(_spread, columns), strict=True))
+    return PatientEndpoints(len(cases), sum(case.completed for case in cases), **spreads)
+
+
+def _spread(values: Sequence[float | None]) -> EndpointSpread | None:
+    numbers = np.array(values, dtype=float)
+    numbers = numbers[np.isfinite(numbers)]
+    if not numbers.size:
+        return None
+    return EndpointSpread(*(float(one) for one in np.percentile(numbers, PERCENTILES)))

@@ -12,13 +12,14 @@ from typing import NamedTuple
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from opensuction import __version__
-from opensuction.evidence.trial.draw import Trial
 from opensuction.evidence.trial.part import PlayedPart
 from opensuction.kernel.compiled import PACKAGE, sources_hash
 from opensuction.kernel.errors import InputError
+from opensuction.result.plain import to_json
+from opensuction.result.trial_result import Trial
 
 NAME = "trial-parts.jsonl"
-JUDGING_ROOMS = ("oracle", "session", "settings", "evidence")
+JUDGING_ROOMS = ("oracle", "result", "session", "settings", "evidence")
 """Rooms that decide what a case is, beside the core."""
 
 
@@ -64,12 +65,7 @@ def make_heading(trial: Trial, cycles: int) -> Heading:
 
 def begin(folder: Path, heading: Heading) -> None:
     """Begin a log in a folder; what another trial has left there is gone. May raise OSError."""
-    line = json.dumps({name: _plain(value) for name, value in heading._asdict().items()})
-    _write(folder / NAME, line.encode() + b"\n", "wb")
-
-
-def _plain(value: object) -> object:
-    return value._asdict() if isinstance(value, Trial) else value
+    _write(folder / NAME, json.dumps(to_json(heading)).encode() + b"\n", "wb")
 
 
 def keep(folder: Path, part: PlayedPart) -> None:
