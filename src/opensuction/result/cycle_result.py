@@ -208,6 +208,16 @@ class PlannedCheck(NamedTuple):
     ok: bool
 
 
+class LeftInsideCount(NamedTuple):
+    """Runs that ended with the catheter or a part of it in the airway."""
+
+    count: int  # type: ignore[assignment] # over tuple's method: the key in JSON
+    unavoidable: int
+    """Of them: nothing could have brought it out."""
+    told: int
+    """Of them: people were told with high priority within the bound."""
+
+
 class Anatomy(NamedTuple):
     """Places that depths refer to, mm below the tube's lower end."""
 

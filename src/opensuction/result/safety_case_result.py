@@ -8,18 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.result.cycle_result import LeftInsideCount
+
 Series = npt.NDArray[np.float32]
 """A series of a strip chart."""
-
-
-class LeftInsideCount(NamedTuple):
-    """Runs that ended with the catheter or a part of it in the airway."""
-
-    count: int  # type: ignore[assignment] # over tuple's method: the key in JSON
-    unavoidable: int
-    """Of them: nothing could have brought it out."""
-    told: int
-    """Of them: people were told with high priority within the bound."""
 
 
 class WorstExposure(NamedTuple):

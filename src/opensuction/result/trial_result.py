@@ -6,6 +6,7 @@ Names and units of the fields are those of its JSON object (docs/reference/resul
 from collections.abc import Mapping
 from typing import Annotated, Generic, Literal, NamedTuple, TypeVar
 
+from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.result.plain import FLAT, IF_KNOWN
 
 Value = TypeVar("Value")
@@ -94,16 +95,6 @@ class CatheterLeftInside(NamedTuple):
     """How long after the first fault people were told with high priority; None for never."""
     in_time: bool
     """Whether that was within its bound."""
-
-
-class LeftInsideCount(NamedTuple):
-    """Cycles that ended with the tip in the airway."""
-
-    count: int  # type: ignore[assignment] # over tuple's method: the key in JSON
-    unavoidable: int
-    """Those that nothing could have prevented."""
-    told: int
-    """Those of which people were told with high priority in time."""
 
 
 class LeftInsideReason(NamedTuple):

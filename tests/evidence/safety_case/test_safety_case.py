@@ -22,11 +22,11 @@ from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import Harm
 from opensuction.report import sheet
 from opensuction.report.safety_case import safety_case_page
+from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.result.plain import to_json
 from opensuction.result.safety_case_result import (
     HarmSearchResult,
     HarmSearchRun,
-    LeftInsideCount,
     StripChart,
     WorstExposure,
 )

@@ -3,7 +3,8 @@
 import pytest
 
 from opensuction.evidence.trial import tally
-from opensuction.result.trial_result import EndpointSpread, LateFaults, LeftInsideCount
+from opensuction.result.cycle_result import LeftInsideCount
+from opensuction.result.trial_result import EndpointSpread, LateFaults
 from opensuction.twin.fault.fault import Fault
 from tests.evidence.trial.example import BREACH, HARM, STAYS, case
 

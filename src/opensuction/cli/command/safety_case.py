@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from opensuction.evidence.safety_case.harm_search import HarmSearch
     from opensuction.evidence.safety_case.hazard_claim import Hazard
     from opensuction.evidence.safety_case.hazard_result import HazardResult
-    from opensuction.result.safety_case_result import LeftInsideCount, SafetyCaseResult
+    from opensuction.result.cycle_result import LeftInsideCount
+    from opensuction.result.safety_case_result import SafetyCaseResult
 
 EVERY_RUNS = 50
 """A line of progress after so many runs."""

@@ -16,12 +16,12 @@ from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.searched_run import SearchedRun
 from opensuction.oracle.harm import NAMES
+from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.result.safety_case_result import (
     HarmSearchResult,
     HarmSearchRun,
     HazardRun,
     HazardSummary,
-    LeftInsideCount,
     SafetyCaseResult,
     WorstExposure,
 )
@@ -174,7 +174,7 @@ def _bear(results: Sequence[HazardResult]) -> WorstExposure:
 
 
 def _count_left_inside(results: Iterable[HazardResult]) -> LeftInsideCount:
-    return LeftInsideCount(**count_left_inside(result.left_inside for result in results))
+    return count_left_inside(result.left_inside for result in results)
 
 
 def _searched(search: HarmSearch) -> HarmSearchResult:

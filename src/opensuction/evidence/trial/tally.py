@@ -8,12 +8,12 @@ import numpy as np
 from scipy.stats import beta
 
 from opensuction.evidence.trial.judged_cycle import Case
+from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.result.trial_result import (
     ByFaults,
     Endpoints,
     EndpointSpread,
     LateFaults,
-    LeftInsideCount,
     PatientEndpoints,
     ShareBound,
     TrialBounds,
@@ -65,7 +65,7 @@ def count_too_late(cases: Iterable[Case]) -> LateFaults:
 
 def left_inside(cases: Iterable[Case]) -> LeftInsideCount:
     """Catheters left inside."""
-    return LeftInsideCount(**count_left_inside(case.left_inside for case in cases))
+    return count_left_inside(case.left_inside for case in cases)
 
 
 def unnoticed(cases: Iterable[Case]) -> dict[str, Unnoticed]:

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 
 from opensuction.report.sheet import Cell, Curve, Level, Plot, Section, Sheet, Table
+from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.result.safety_case_result import (
     FaultSummary,
     HarmSearchResult,
     HarmSearchRun,
     HazardDetail,
     HazardSummary,
-    LeftInsideCount,
     SafetyCaseResult,
     Series,
 )

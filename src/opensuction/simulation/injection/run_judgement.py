@@ -9,6 +9,7 @@ from opensuction.oracle import exposure, harm
 from opensuction.oracle.bound import BOUNDS
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE, Harm
+from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.simulation import annunciation
 from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.injection import catheter_retention, fault_allowance
@@ -35,14 +36,14 @@ class LeftInside(NamedTuple):
     """Whether that was within its bound."""
 
 
-def count_left_inside(found: Iterable[LeftInside | None]) -> dict[str, int]:
+def count_left_inside(found: Iterable[LeftInside | None]) -> LeftInsideCount:
     """Runs that ended with the tip inside; those that nothing could have prevented; those told."""
     left = [one for one in found if one is not None]
-    return {
-        "count": len(left),
-        "unavoidable": sum(bool(one.unavoidable) for one in left),
-        "told": sum(one.in_time for one in left),
-    }
+    return LeftInsideCount(
+        count=len(left),
+        unavoidable=sum(bool(one.unavoidable) for one in left),
+        told=sum(one.in_time for one in left),
+    )
 
 
 class PatientAlone(NamedTuple):
