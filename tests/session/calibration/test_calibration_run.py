@@ -9,6 +9,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.report import sheet
 from opensuction.report.calibration import calibration_page
 from opensuction.report.calibration.calibration_page import Excitation
+from opensuction.result.plain import to_json
 from opensuction.session.calibration import calibration_file, calibration_run
 from opensuction.session.calibration.calibration_run import VALIDATION_RUN, Calibrated
 from opensuction.session.choice import CalibrationChoice, RigChoice
@@ -100,8 +101,8 @@ def test_a_run_that_was_broken_off_is_refused(sound: Sound) -> None:
     nothing = Recording(*(column[:0] for column in sound[1]))
     found = judged(sound, nothing, nothing)
     assert "Stroke of the first run is 0 mm" in reason(found)
-    data = calibration_file.plain(found, NOW, 1.0, None)
-    page = calibration_page.page(data, *excitations(found), found.predicted)
+    result = calibration_file.to_result(found, NOW, 1.0, None)
+    page = calibration_page.page(result, *excitations(found), found.predicted)
     assert "Refused" in sheet.render(page)
 
 
@@ -130,8 +131,23 @@ def test_a_machine_is_driven_by_a_model_with_lines_where_one_is_asked_for() -> N
     assert file.driven is not None
     assert found.drive is not None
     assert file.driven.model == found.drive.model
-    data = calibration_file.plain(found, NOW, 1.0, None)
+    result = calibration_file.to_result(found, NOW, 1.0, None)
     # The laser's .08 mm of noise is in it, and what creep leaves.
-    assert 0.08 <= data["choice"]["driven_rmse_mm"] <= 0.12
-    page = sheet.render(calibration_page.page(data, *excitations(found), found.predicted))
+    assert result.choice is not None
+    assert result.choice.driven_rmse_mm is not None
+    assert 0.08 <= result.choice.driven_rmse_mm <= 0.12
+    page = sheet.render(calibration_page.page(result, *excitations(found), found.predicted))
     assert found.drive.reason.split(":")[0] in page
+
+
+def test_a_laser_that_reads_no_number_is_a_refusal_on_every_page(sound: Sound) -> None:
+    blind = sound[2].laser_mm.copy()
+    blind[5] = np.nan
+    found = judged(sound, sound[1], sound[2]._replace(laser_mm=blind))
+    assert "RMSE of the plays on the second run is nan mm" in reason(found)
+    result = calibration_file.to_result(found, NOW, 1.0, None)
+    data = to_json(result)
+    assert data["validation"]["plays_rmse_mm"] is None
+    assert [check["value"] is None for check in data["checks"] if not check["ok"]] == [True] * 3
+    page = sheet.render(calibration_page.page(result, *excitations(found), found.predicted))
+    assert "Refused" in page

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 from opensuction.session.choice import CalibrationChoice, RigChoice
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.result.calibration_result import CalibrationResult, IdentifiedModels
 
 
 class CalibrateOptions(NamedTuple):
@@ -40,25 +41,26 @@ def _compute(options: CalibrateOptions, progress: "ProgressTeller", folder: Path
     if found.accepted:
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
-    data = calibration_file.plain(found, now, progress.elapsed_s, path)
+    result = calibration_file.to_result(found, now, progress.elapsed_s, path)
     first, second = (
         Excitation(one.head_mm, one.laser_mm, DT_S) for one in (found.first, found.second)
     )
-    page = calibration_page.page(data, first, second, found.predicted)
+    page = calibration_page.page(result, first, second, found.predicted)
     files["report.html"] = sheet.render(page)
+    data = to_json(result)
     files["calibrate.json"] = to_text(data)
-    next_command = _next_command(options.choice.rig, data)
+    next_command = _next_command(options.choice.rig, path)
     return CommandResult(
         data,
         files,
-        lambda console, folder: _summarise(console, data, folder, next_command),
+        lambda console, folder: _summarise(console, result, folder, next_command),
         is_good=found.accepted,
         # A file of an earlier run would pass for the one that was refused.
         stale=() if found.accepted else (name,),
     )
 
 
-def _next_command(rig: RigChoice, data: Json) -> str:
+def _next_command(rig: RigChoice, parameter_file: str | None) -> str:
     """The cycle that the parameter file is for."""
     words = ["opensuction", "cycle"]
     for name in ("machine", "patient", "catheter", "conduit"):
@@ -66,52 +68,53 @@ def _next_command(rig: RigChoice, data: Json) -> str:
         words += [] if given is None else [f"--{name}", str(given)]
     words += ["--seed", str(rig.seed)]
     words += [] if rig.spread == 1.0 else ["--spread", f"{rig.spread:g}"]
-    return shlex.join((*words, "--compensation", str(data["parameter_file"])))
+    return shlex.join((*words, "--compensation", str(parameter_file)))
 
 
-def _summarise(console: "Console", data: Json, folder: Path, next_command: str) -> None:
+def _summarise(
+    console: "Console", found: "CalibrationResult", folder: Path, next_command: str
+) -> None:
     from rich.text import Text
 
-    accepted = data["accepted"]
+    accepted = found.accepted
     console.print(
         Text("Calibrated" if accepted else "Refused", "bold green" if accepted else "bold red"),
-        Text(f"(machine {data['machine']}, seed {data['seed']})", "dim"),
+        Text(f"(machine {found.machine}, seed {found.seed})", "dim"),
     )
-    for reason in data["reasons"]:
+    for reason in found.reasons:
         console.print(Text(f"  {reason}"), soft_wrap=True)
-    if data["validation"] is not None:
-        for line in _sentences(data):
+    if found.identified is not None:
+        for line in (*_sentences(found.identified), *_choice_sentence(found)):
             console.print(Text(f"  {line}"), soft_wrap=True)
     console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
     if accepted:
-        console.print(f"Parameter file: {data['parameter_file']}", soft_wrap=True)
+        console.print(f"Parameter file: {found.parameter_file}", soft_wrap=True)
         console.print(f"Use it: {next_command}", soft_wrap=True)
     else:
         console.print("No parameter file was written.")
     console.print("In-silico: the machine is a simulated one.")
 
 
-def _sentences(data: Json) -> list[str]:
-    found, servo = data["validation"], data["servo"]
+def _sentences(models: "IdentifiedModels") -> list[str]:
+    found, servo = models.validation, models.servo
     return [
-        f"The tip comes {data['gap_mm']:.1f} mm later than the head at a reversal, "
-        f"{100.0 * data['gap_ratio']:.0f} % of what this machine was built with.",
+        f"The tip comes {models.gap_mm:.1f} mm later than the head at a reversal, "
+        f"{100.0 * models.gap_ratio:.0f} % of what this machine was built with.",
         "On a second run, which nothing was fitted to, the plays miss the tip by "
-        f"{found['plays_rmse_mm']:.3f} mm RMS ({found['plays_percent_of_range']:.2f} % of its "
-        f"range), the modified Dahl model by {found['model_rmse_mm']:.3f} mm "
-        f"({found['model_percent_of_range']:.2f} %).",
-        f"The same motion twice differs by {found['repeatability_mm']:.3f} mm RMS.",
-        f"The motor takes {servo['velocity_v_s_per_mm']:.3f} V for each mm/s and "
-        f"{servo['friction_v']:.2f} V against friction; {found['servo_rmse_v']:.3f} V RMS are left "
+        f"{found.plays_rmse_mm:.3f} mm RMS ({found.plays_percent_of_range:.2f} % of its "
+        f"range), the modified Dahl model by {found.model_rmse_mm:.3f} mm "
+        f"({found.model_percent_of_range:.2f} %).",
+        f"The same motion twice differs by {found.repeatability_mm:.3f} mm RMS.",
+        f"The motor takes {servo.velocity_v_s_per_mm:.3f} V for each mm/s and "
+        f"{servo.friction_v:.2f} V against friction; {found.servo_rmse_v:.3f} V RMS are left "
         "unexplained.",
-        *_choice_sentence(data),
     ]
 
 
-def _choice_sentence(data: Json) -> list[str]:
+def _choice_sentence(found: "CalibrationResult") -> list[str]:
     """Which compensator the file names, and why, where it was chosen."""
-    choice = data["choice"]
-    return [] if choice is None else [f"Compensation: {data['compensation']}. {choice['reason']}"]
+    choice = found.choice
+    return [] if choice is None else [f"Compensation: {found.compensation}. {choice.reason}"]
 
 
 COMMAND = Command(

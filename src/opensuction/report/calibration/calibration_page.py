@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table, Values
-from opensuction.report.summary import Summary
+from opensuction.result.calibration_result import CalibrationResult, IdentifiedModels
 
 
 class Excitation(NamedTuple):
@@ -20,58 +20,60 @@ class Excitation(NamedTuple):
 
 
 def page(
-    data: Summary, first: Excitation, second: Excitation, predicted: tuple[Values, ...] | None
+    found: CalibrationResult,
+    first: Excitation,
+    second: Excitation,
+    predicted: tuple[Values, ...] | None,
 ) -> Sheet:
-    """The page. data: the JSON object of the command.
+    """The page.
 
     predicted: tip in the second run by the modified Dahl model and by the plays, mm; None where
     no model was found.
     """
-    sections = [_verdict(data)]
-    if predicted is not None:
-        sections += [_runs(first, second, *predicted), _parameters(data)]
+    sections = [_verdict(found)]
+    if predicted is not None and found.identified is not None:
+        sections += [_runs(first, second, *predicted), _parameters(found.identified)]
     elif first.head_mm.size:
         loop = Curve("laser", first.laser_mm, "soft", x=first.head_mm)
         sections.append(
             Section("Recording", plots=(Plot("Loop", "Head (mm)", "Tip (mm)", (loop,)),))
         )
     lead = "Taken: a cycle may be compensated with it."
-    if not data["accepted"]:
-        lead = "No parameter file was written. " + " ".join(data["reasons"])
+    if not found.accepted:
+        lead = "No parameter file was written. " + " ".join(found.reasons)
     run = (
-        ("machine", str(data["machine"])),
-        ("set up for", data["patient"] or ""),
-        ("catheter", f"{data['catheter_mm']:.1f} mm"),
-        ("seed", str(data["seed"])),
-        ("compensation", str(data["compensation"])),
-        ("date", str(data["date_utc"])),
-        ("version", data["version"]),
+        ("machine", found.machine),
+        ("set up for", found.patient or ""),
+        ("catheter", f"{found.catheter_mm:.1f} mm"),
+        ("seed", str(found.seed)),
+        ("compensation", found.compensation),
+        ("date", found.date_utc),
+        ("version", found.version),
     )
     return Sheet(
         title="Calibration of a machine",
-        verdict="Calibrated" if data["accepted"] else "Refused",
-        good=data["accepted"],
+        verdict="Calibrated" if found.accepted else "Refused",
+        good=found.accepted,
         lead=f"{lead} In-silico: the machine is a simulated one.",
         run=tuple((name, value) for name, value in run if value),
         sections=tuple(sections),
     )
 
 
-def _verdict(data: Summary) -> Section:
+def _verdict(found: CalibrationResult) -> Section:
     table = Table(
         "What must hold before a compensator may be driven by it",
         ("check", "here", "unit", "should be", "holds"),
         tuple(
-            (entry["name"], entry["value"], entry["unit"], entry["bound"], entry["ok"])
-            for entry in data["checks"]
+            (entry.name, entry.value, entry.unit, entry.bound, entry.ok) for entry in found.checks
         ),
     )
-    choice = data["choice"]
+    choice = found.choice
     said = []
     if choice is not None:
-        said.append(f"Compensation: {data['compensation']}. {choice['reason']}")
-        said += [f"{model} drives no head: {why}." for model, why in choice["refused"].items()]
-    return Section("Verdict", (*data["reasons"], *said), (table,))
+        said.append(f"Compensation: {found.compensation}. {choice.reason}")
+        said += [f"{model} drives no head: {why}." for model, why in choice.refused.items()]
+    return Section("Verdict", (*found.reasons, *said), (table,))
 
 
 def _runs(first: Excitation, second: Excitation, model_mm: Values, plays_mm: Values) -> Section:
@@ -110,38 +112,38 @@ def _runs(first: Excitation, second: Excitation, model_mm: Values, plays_mm: Val
     return Section("Two runs", plots=(fitted, left, repeated))
 
 
-def _parameters(data: Summary) -> Section:
-    found, servo = data["plays"], data["servo"]
-    identified = ((name, one["value"], one["unit"]) for name, one in data["parameters"].items())
+def _parameters(models: IdentifiedModels) -> Section:
+    found, servo = models.plays, models.servo
+    identified = ((name, one.value, one.unit) for name, one in models.parameters.items())
     plays = Table(
         "Plays: half width and weight of each",
         ("half width, mm", "weight"),
-        tuple(zip(found["thresholds_mm"], found["weights"], strict=True)),
+        tuple(zip(found.thresholds_mm, found.weights, strict=True)),
     )
     tables = (
         _values(
             "Modified Dahl model",
             *identified,
-            ("gap", data["gap_mm"], "mm"),
-            ("gap over nominal", data["gap_ratio"], "mm/mm"),
+            ("gap", models.gap_mm, "mm"),
+            ("gap over nominal", models.gap_ratio, "mm/mm"),
         ),
         plays,
         _values(
             "Plays: what they have in common",
-            ("slope", found["slope"], "mm/mm"),
-            ("offset", found["offset_mm"], "mm"),
-            ("curvature", found["curvature_per_mm"], "1/mm"),
-            ("gap", found["gap_mm"], "mm"),
+            ("slope", found.slope, "mm/mm"),
+            ("offset", found.offset_mm, "mm"),
+            ("curvature", found.curvature_per_mm, "1/mm"),
+            ("gap", found.gap_mm, "mm"),
         ),
         _values(
             "Servo feedforward",
-            ("velocity", servo["velocity_v_s_per_mm"], "V s/mm"),
-            ("friction", servo["friction_v"], "V"),
-            ("left unexplained, RMS", servo["rmse_v"], "V"),
+            ("velocity", servo.velocity_v_s_per_mm, "V s/mm"),
+            ("friction", servo.friction_v, "V"),
+            ("left unexplained, RMS", servo.rmse_v, "V"),
         ),
     )
     return Section("Parameters", tables=tables)
 
 
-def _values(caption: str, *rows: tuple[str, float, str]) -> Table:
+def _values(caption: str, *rows: tuple[str, float | None, str]) -> Table:
     return Table(caption, ("parameter", "value", "unit"), rows)

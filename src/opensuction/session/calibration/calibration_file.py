@@ -1,4 +1,4 @@
-"""A calibration as plain data: recording, parameter file, JSON object, arrays for the page."""
+"""A calibration as it is handed on: recording, parameter file, result."""
 
 import hashlib
 import io
@@ -9,7 +9,16 @@ import numpy as np
 from opensuction import __version__
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.errors import InputError
-from opensuction.result.plain import Json, without_nan
+from opensuction.result.calibration_result import (
+    CalibrationResult,
+    CheckedBound,
+    FeedforwardEstimate,
+    IdentifiedModels,
+    ModelChoice,
+    NoModels,
+    ValidationErrors,
+)
+from opensuction.result.identification_result import FittedParameter
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
 from opensuction.session.cycle import machine_summary
@@ -20,7 +29,13 @@ from opensuction.settings import (
     lines_section,
     plausibility,
 )
-from opensuction.settings.calibration_section import Branches, CalibratedMachine, Measured, Plays
+from opensuction.settings.calibration_section import (
+    Branches,
+    CalibratedMachine,
+    Measured,
+    Plays,
+    Validation,
+)
 from opensuction.settings.identification_file import (
     FORMAT_VERSION,
     MODIFIED_DAHL,
@@ -32,7 +47,7 @@ from opensuction.settings.identification_file import (
 )
 from opensuction.settings.lines_section import Lines
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.rig import Identification, Recording
+from opensuction.simulation.rig import Recording
 
 PARAMETER_FILE = "calibration.toml"
 RECORDING_FILE = "recording.csv"
@@ -131,81 +146,82 @@ def confirmed(calibrated: Calibrated, now: datetime) -> Calibrated:
     return calibrated
 
 
-def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | None) -> Json:
-    """The JSON object of the command. path: of the parameter file; None where none is written."""
+def to_result(
+    calibrated: Calibrated, now: datetime, seconds: float, path: str | None
+) -> CalibrationResult:
+    """The result of the command. path: of the parameter file; None where none is written."""
     equipment, rig = calibrated.equipment, calibrated.rig
-    data: Json = {
-        "accepted": calibrated.accepted,
-        "reasons": list(calibrated.reasons),
-        "machine": equipment.machine_name,
-        "patient": equipment.patient_name,
-        "catheter_mm": rig.kind.catheter.outer_mm,
-        "conduit_bend_rad": rig.kind.conduit.bend_rad,
-        "seed": equipment.seed,
-        "compensation": calibrated.compensation,
-        "choice": _choice(calibrated),
-        "in_silico": True,
-        **dict.fromkeys(("model", "parameters", "plays", "servo", "gap_mm", "gap_ratio")),
-        **dict.fromkeys(("rmse_mm", "plays_rmse_mm", "validation_rmse_mm", "validation")),
-        "checks": [
-            entry._asdict() | {"ok": entry.ok, "bound": calibration_check.bound(entry)}
+    return CalibrationResult(
+        accepted=calibrated.accepted,
+        reasons=calibrated.reasons,
+        machine=equipment.machine_name,
+        patient=equipment.patient_name,
+        catheter_mm=rig.kind.catheter.outer_mm,
+        conduit_bend_rad=rig.kind.conduit.bend_rad,
+        seed=equipment.seed,
+        compensation=calibrated.compensation,
+        choice=_choice(calibrated),
+        in_silico=True,
+        models=_models(calibrated),
+        checks=tuple(
+            CheckedBound(*entry, ok=entry.ok, bound=calibration_check.bound(entry))
             for entry in calibrated.checks
-        ],
-        "samples": int(calibrated.whole.head_mm.size),
-        "recording_sha256": hashlib.sha256(recording_text(calibrated.whole).encode()).hexdigest(),
-        "parameter_file": path,
-        "version": __version__,
-        "date_utc": now.isoformat(timespec="seconds"),
-        "seconds": seconds,
-    }
-    if calibrated.found is not None:
-        data |= _findings(calibrated, calibrated.found)
-    return without_nan(data)
+        ),
+        samples=int(calibrated.whole.head_mm.size),
+        recording_sha256=hashlib.sha256(recording_text(calibrated.whole).encode()).hexdigest(),
+        parameter_file=path,
+        version=__version__,
+        date_utc=now.isoformat(timespec="seconds"),
+        seconds=seconds,
+    )
 
 
-def _choice(calibrated: Calibrated) -> Json | None:
-    """How the models were held against one another; None where nothing was to choose."""
+def _choice(calibrated: Calibrated) -> ModelChoice | None:
+    """Comparison of the models; None where nothing was to choose."""
     drive = calibrated.drive
     if drive is None:
         return None
-    return {
-        "model": drive.model,
-        "reason": drive.reason,
-        "errors_mm": drive.errors_mm,
-        "refused": drive.refused,
-        "driven_model": drive.lines_model,
-        "driven_rmse_mm": calibrated.driven_rmse_mm,
-    }
+    return ModelChoice(
+        model=drive.model,
+        reason=drive.reason,
+        errors_mm=drive.errors_mm,
+        refused=drive.refused,
+        driven_model=drive.lines_model,
+        driven_rmse_mm=calibrated.driven_rmse_mm,
+    )
 
 
-def _findings(calibrated: Calibrated, found: Identification) -> Json:
-    model, validation = found.fit.model, calibrated.validation
+def _models(calibrated: Calibrated) -> IdentifiedModels | NoModels:
+    found, validation = calibrated.found, calibrated.validation
+    if found is None or validation is None:
+        return NoModels()
+    model = found.fit.model
     values, gap_mm = model._asdict(), float(modified_dahl.gap_mm(model))
-    data: Json = {
-        "model": "modified-dahl",
-        "parameters": {
-            name: {"value": values[field], "unit": unit, "ci95": None}
+    return IdentifiedModels(
+        model="modified-dahl",
+        parameters={
+            name: FittedParameter(values[field], unit, None)
             for name, (field, unit) in MODIFIED_DAHL.items()
         },
-        "plays": machine_summary.plays(found.plays.model),
-        "servo": found.servo._asdict(),
-        "gap_mm": gap_mm,
-        "gap_ratio": gap_mm / float(modified_dahl.gap_mm(calibrated.rig.profile.transmission)),
-        "rmse_mm": found.fit.rmse_mm,
-        "plays_rmse_mm": found.plays.rmse_mm,
-    }
-    if validation is None:
-        return data
-    range_mm = float(np.ptp(calibrated.second.laser_mm))
-    return data | {
-        "validation_rmse_mm": validation.model_rmse_mm,
-        "validation": {
-            "model_rmse_mm": validation.model_rmse_mm,
-            "model_percent_of_range": 100.0 * validation.model_rmse_mm / range_mm,
-            "plays_rmse_mm": validation.plays_rmse_mm,
-            "plays_percent_of_range": 100.0 * validation.plays_rmse_mm / range_mm,
-            "repeatability_mm": validation.repeatability_mm,
-            "servo_rmse_v": validation.servo_rmse_v,
-            "range_mm": range_mm,
-        },
-    }
+        plays=machine_summary.plays(found.plays.model),
+        servo=FeedforwardEstimate(*found.servo),
+        gap_mm=gap_mm,
+        gap_ratio=gap_mm / float(modified_dahl.gap_mm(calibrated.rig.profile.transmission)),
+        rmse_mm=found.fit.rmse_mm,
+        plays_rmse_mm=found.plays.rmse_mm,
+        validation_rmse_mm=validation.model_rmse_mm,
+        validation=_validation(validation, float(np.ptp(calibrated.second.laser_mm))),
+    )
+
+
+def _validation(validation: Validation, range_mm: float) -> ValidationErrors:
+    """range_mm: of the tip in the second run."""
+    return ValidationErrors(
+        model_rmse_mm=validation.model_rmse_mm,
+        model_percent_of_range=100.0 * validation.model_rmse_mm / range_mm,
+        plays_rmse_mm=validation.plays_rmse_mm,
+        plays_percent_of_range=100.0 * validation.plays_rmse_mm / range_mm,
+        repeatability_mm=validation.repeatability_mm,
+        servo_rmse_v=validation.servo_rmse_v,
+        range_mm=range_mm,
+    )
