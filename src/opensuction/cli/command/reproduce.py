@@ -1,16 +1,18 @@
 """``reproduce``: the paper's tables and figures on the twin, side by side."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.evidence.paper.claim import PaperClaim
 
 
 class ReproduceOptions(NamedTuple):
@@ -25,16 +27,16 @@ def _compute(_options: ReproduceOptions, progress: "ProgressTeller", _: Path) ->
 
     progress.tell("The paper reproduced on the digital twin: some twenty seconds")
     found = reproduction.run(progress.tell)
-    data = reproduction.plain(found, progress.elapsed_s)
+    data = to_json(reproduction.to_result(found, progress.elapsed_s))
     return CommandResult(
         data,
         {"report.html": sheet.render(found.sheet), "reproduce.json": to_text(data)},
-        lambda console, folder: _summarise(console, data, folder),
-        is_good=all(entry["ok"] or entry["explanation"] for entry in data["claims"]),
+        lambda console, folder: _summarise(console, found.claims, folder),
+        is_good=not any(entry.is_unexplained for entry in found.claims),
     )
 
 
-def _summarise(console: "Console", data: Json, folder: Path) -> None:
+def _summarise(console: "Console", claims: "list[PaperClaim]", folder: Path) -> None:
     from rich.table import Table
 
     from opensuction.evidence.paper import claim
@@ -45,24 +47,23 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
         table.add_column(column, justify="right", no_wrap=True)
     for column in ("unit", "kind", "verdict"):
         table.add_column(column, no_wrap=True)
-    claims = data["claims"]
     for entry in claims:
-        here = "-" if entry["measured"] is None else f"{entry['measured']:.4g}"
-        printed = "" if entry["source"] == claim.PRINTED else "*"
+        here = f"{entry.measured:.4g}" if math.isfinite(entry.measured) else "-"
+        printed = "" if entry.source == claim.PRINTED else "*"
         table.add_row(
-            f"{entry['name']} ({entry['where']})",
-            f"{entry['paper']:.4g}{printed}",
+            f"{entry.name} ({entry.where})",
+            f"{entry.paper:.4g}{printed}",
             here,
-            f"{entry['tolerance']:.2g}",
-            entry["unit"],
-            entry["kind"],
-            entry["verdict"],
+            f"{entry.tolerance:.2g}",
+            entry.unit,
+            entry.kind,
+            entry.verdict,
         )
     console.print(table)
     console.print("* computed from numbers that the paper prints")
-    open_ = sum(not entry["ok"] and not entry["explanation"] for entry in claims)
+    open_ = sum(entry.is_unexplained for entry in claims)
     said = f", {open_} of them without an explanation" if open_ else " and are explained"
-    console.print(f"{len(claims)} claims: {claim.counted(data['verdicts'])}{said}.")
+    console.print(f"{len(claims)} claims: {claim.counted(claim.tally(claims))}{said}.")
     console.print("In-silico: the bench is a simulated one.")
     console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
 

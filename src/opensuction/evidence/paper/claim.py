@@ -1,13 +1,24 @@
 """One number of the paper beside ours: how far apart they are, and how far they may be."""
 
-import math
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Final, Literal, NamedTuple
 
-PRINTED, COMPUTED = "printed", "computed"
+from opensuction.result.plain import FLAT
+
+ClaimSource = Literal["printed", "computed"]
+ClaimKind = Literal["calibrated", "predicted", "arithmetic"]
+ClaimVerdict = Literal["agrees", "no evidence", "differs"]
+
+PRINTED: Final = "printed"
+COMPUTED: Final = "computed"
 """Sources: the paper prints the number, or it follows from numbers that it prints."""
-CALIBRATED, PREDICTED, ARITHMETIC = "calibrated", "predicted", "arithmetic"
+CALIBRATED: Final = "calibrated"
+PREDICTED: Final = "predicted"
+ARITHMETIC: Final = "arithmetic"
 """Kinds: the twin was chosen so; nothing was fitted to it; no twin takes part."""
-AGREES, NO_EVIDENCE, DIFFERS = "agrees", "no evidence", "differs"
+AGREES: Final = "agrees"
+NO_EVIDENCE: Final = "no evidence"
+DIFFERS: Final = "differs"
 """Verdicts."""
 
 
@@ -17,8 +28,8 @@ class PaperClaim(NamedTuple):
     name: str
     where: str
     """Place in the paper of the number, or of those that it is computed from."""
-    source: str
-    kind: str
+    source: ClaimSource
+    kind: ClaimKind
     paper: float
     measured: float
     standard_error: float
@@ -45,7 +56,7 @@ class PaperClaim(NamedTuple):
         return self.kind == PREDICTED and not passing
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> ClaimVerdict:
         """``agrees`` (which is evidence), ``no evidence`` (it agrees, and had to), ``differs``."""
         if not self.ok:
             return DIFFERS
@@ -67,28 +78,28 @@ class PaperClaim(NamedTuple):
         return not self.ok and not self.explanation
 
 
-def plain(claim: PaperClaim) -> dict[str, Any]:
-    """A claim as an object of the command's JSON."""
-    error = claim.standard_error
-    return claim._asdict() | {
-        "nulls": list(claim.nulls),
-        "standard_error": error if math.isfinite(error) else None,
-        "ok": claim.ok,
-        "evidence": claim.evidence,
-        "why_no_evidence": claim.why_no_evidence,
-        "verdict": claim.verdict,
-    }
+class JudgedClaim(NamedTuple):
+    """A claim with its verdict."""
+
+    claim: Annotated[PaperClaim, FLAT]
+    ok: bool
+    evidence: bool
+    why_no_evidence: str
+    verdict: ClaimVerdict
 
 
-def tally(claims: list[PaperClaim]) -> dict[str, int]:
+def judge(claim: PaperClaim) -> JudgedClaim:
+    """A claim with what `PaperClaim` says of it."""
+    return JudgedClaim(claim, claim.ok, claim.evidence, claim.why_no_evidence, claim.verdict)
+
+
+def tally(claims: Sequence[PaperClaim]) -> dict[ClaimVerdict, int]:
     """How many claims there are of each verdict."""
-    return {
-        verdict: sum(claim.verdict == verdict for claim in claims)
-        for verdict in (AGREES, NO_EVIDENCE, DIFFERS)
-    }
+    verdicts: tuple[ClaimVerdict, ...] = (AGREES, NO_EVIDENCE, DIFFERS)
+    return {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in verdicts}
 
 
-def counted(counts: dict[str, int]) -> str:
+def counted(counts: Mapping[ClaimVerdict, int]) -> str:
     """The tally in words."""
     return (
         f"{counts[AGREES]} agree as evidence, {counts[NO_EVIDENCE]} agree but are no evidence, "

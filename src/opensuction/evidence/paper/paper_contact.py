@@ -1,6 +1,6 @@
 """Fig. 10, Fig. 11 and Table II of the paper: stopping where the contact switch closes."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,8 @@ from opensuction.evidence.paper.claim import (
     COMPUTED,
     PREDICTED,
     PRINTED,
+    ClaimKind,
+    ClaimSource,
     PaperClaim,
 )
 from opensuction.kernel import random_stream
@@ -50,6 +52,9 @@ PRESS_MM_PER_S = 0.05
 added .0016 N."""
 SWITCH_RUN = 7
 """Number of the stream that the bouncing of a pressed switch is drawn from."""
+
+Pair = tuple[float, float]
+"""The paper's number and ours, or the standard error of their difference and its tolerance."""
 
 
 class ContactTrial(NamedTuple):
@@ -127,44 +132,62 @@ def run_trials() -> list[ContactTrial]:
     return trials
 
 
-def table(trials: list[ContactTrial]) -> list[dict[str, Any]]:
+class ContactRow(NamedTuple):
+    """A row of Table II: where the tip stopped, the paper's and ours."""
+
+    distance_mm: float
+    """Of the carina, as it is said to be."""
+    trial: int
+    """Of the distance's five."""
+    seed: int
+    """Of the machine and of the seating."""
+    seating_mm: float
+    """How much farther the carina stands."""
+    paper_mm: float
+    measured_mm: float
+    error_mm: float
+    """Measured less distance."""
+    suction_completed: bool
+
+
+def table(trials: list[ContactTrial]) -> tuple[ContactRow, ...]:
     """Rows of Table II: where the tip stopped, the paper's and ours."""
-    return [
-        {
-            "distance_mm": trial.distance_mm,
-            "trial": trial.number,
-            "seed": trial.seed,
-            "seating_mm": seating_mm(trial.seed),
-            "paper_mm": trial.paper_mm,
-            "measured_mm": stopped_mm(trial.columns),
-            "error_mm": stopped_mm(trial.columns) - trial.distance_mm,
-            "suction_completed": is_suctioned(trial.columns),
-        }
+    return tuple(
+        ContactRow(
+            distance_mm=trial.distance_mm,
+            trial=trial.number,
+            seed=trial.seed,
+            seating_mm=seating_mm(trial.seed),
+            paper_mm=trial.paper_mm,
+            measured_mm=stopped_mm(trial.columns),
+            error_mm=stopped_mm(trial.columns) - trial.distance_mm,
+            suction_completed=is_suctioned(trial.columns),
+        )
         for trial in trials
-    ]
+    )
 
 
-def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[PaperClaim]:
+def claims(rows: tuple[ContactRow, ...], closing_n: list[float]) -> list[PaperClaim]:
     """Stop errors by distance and of all 15 trials, completed suctions and the closing force."""
     published = [value - distance for distance, row in STOPPED_MM.items() for value in row]
-    errors = [row["error_mm"] for row in rows]
-    completed = sum(row["suction_completed"] for row in rows)
+    errors = [row.error_mm for row in rows]
+    completed = sum(row.suction_completed for row in rows)
     short = (sum(error < 0.0 for error in published), sum(error < 0.0 for error in errors))
-    means = [
+    means: list[tuple[str, ClaimSource, list[float], list[float]]] = [
         (
             f"mean stop error at {distance:g} mm",
             PRINTED,
             [value - distance for value in trials],
-            [row["error_mm"] for row in rows if row["distance_mm"] == distance],
+            [row.error_mm for row in rows if row.distance_mm == distance],
         )
         for distance, trials in STOPPED_MM.items()
     ]
     # What the twin predicts is the mean without the scatter of its own seatings.
-    pressed = [row["error_mm"] - row["seating_mm"] for row in rows]
+    pressed = [row.error_mm - row.seating_mm for row in rows]
     means.append((PRESSED, COMPUTED, published, pressed))
     spreads = (float(np.std(published, ddof=1)), float(np.std(errors, ddof=1)))
     largest = (max(map(abs, published)), max(map(abs, errors)))
-    found = [
+    found: list[tuple[str, ClaimSource, ClaimKind, Pair, Pair]] = [
         *(
             (name, source, PREDICTED, _means(paper, ours), standard_error.of_means(paper, ours))
             for name, source, paper, ours in means
@@ -177,7 +200,7 @@ def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[PaperClai
         for name, source, kind, pair, error in found
     ]
     number = len(rows)
-    counts = (
+    counts: tuple[tuple[str, str, ClaimSource, ClaimKind, tuple[int, int]], ...] = (
         ("trials that stopped short, of 15", "Table II", COMPUTED, CALIBRATED, short),
         ("suctions completed, of 15", "section IV-C", PRINTED, PREDICTED, (number, completed)),
     )
@@ -204,7 +227,7 @@ def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[PaperClai
     ]
 
 
-def _means(paper: list[float], ours: list[float]) -> tuple[float, float]:
+def _means(paper: list[float], ours: list[float]) -> Pair:
     return float(np.mean(paper)), float(np.mean(ours))
 
 
@@ -240,7 +263,7 @@ def _histories(trials: list[ContactTrial]) -> tuple[Plot, Plot]:
     )
 
 
-def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
+def section() -> tuple[Section, list[PaperClaim], tuple[ContactRow, ...]]:
     """Fig. 10, Fig. 11 and Table II with their claims and the rows of the table."""
     trials = run_trials()
     presses = [press(rigs.rig("bench", trial.seed)) for trial in trials]
@@ -249,7 +272,7 @@ def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
     shown = Table(
         "Table II: where the tip stopped, mm",
         ("carina at", "trial", "seed", "seating", "paper", "twin", "error", "suction completed"),
-        tuple(tuple(row.values()) for row in rows),
+        rows,
     )
     text = (
         "The head advances at 9 mm/s without compensation until the switch at the tip is read "

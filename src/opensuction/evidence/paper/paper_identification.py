@@ -13,6 +13,8 @@ from opensuction.evidence.paper.claim import (
     COMPUTED,
     PREDICTED,
     PRINTED,
+    ClaimKind,
+    ClaimSource,
     PaperClaim,
 )
 from opensuction.evidence.paper.paper_candidate import SHOWN
@@ -92,7 +94,7 @@ def fit_pair(seed: int) -> Pair:
 def claims(drawn: tuple[Pair, ...]) -> list[PaperClaim]:
     """Parameters and fit of five drawn benches beside the paper's one."""
     ratios = [pair.bouc_wen_rmse_mm / pair.rmse_mm for pair in drawn]
-    rows = (
+    rows: tuple[tuple[str, ClaimKind, float, list[float], str, str], ...] = (
         ("c", CALIBRATED, PUBLISHED.slope, [pair.model.slope for pair in drawn], "mm/mm", ""),
         (
             "beta",
@@ -141,7 +143,7 @@ def claims(drawn: tuple[Pair, ...]) -> list[PaperClaim]:
 
 
 def _claim(
-    name: str, source: str, kind: str, paper: float, ours: list[float], unit: str
+    name: str, source: ClaimSource, kind: ClaimKind, paper: float, ours: list[float], unit: str
 ) -> PaperClaim:
     """The paper's one bench as one more draw of ours."""
     error = standard_error.of_one(ours)

@@ -3,9 +3,11 @@
 Left out: numbers of the introduction (patients, hours), references, and axes of figures.
 """
 
-from typing import Any, NamedTuple
+from typing import Final, Literal, NamedTuple
 
-CLAIM, SETTING, ASIDE = "claim", "set", "not reproduced"
+CLAIM: Final = "claim"
+SETTING: Final = "set"
+ASIDE: Final = "not reproduced"
 """What became of a number: held against ours, a setting of twin or protocol, or neither."""
 
 
@@ -16,8 +18,7 @@ class PaperNumber(NamedTuple):
     what: str
     value: str
     """As printed, with its unit."""
-    use: str
-    """``CLAIM``, ``SETTING`` or ``ASIDE``."""
+    use: Literal["claim", "set", "not reproduced"]
     why: str
     """The claim's name, what is set by it, or why it is not reproduced."""
 
@@ -77,8 +78,3 @@ NUMBERS: tuple[PaperNumber, ...] = (
         "V", "identification", "around 3 min", ASIDE, "another algorithm, on another processor"
     ),
 )
-
-
-def plain() -> list[dict[str, Any]]:
-    """The list as objects of the command's JSON."""
-    return [number._asdict() for number in NUMBERS]

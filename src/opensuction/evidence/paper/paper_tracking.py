@@ -1,12 +1,18 @@
 """Fig. 9 and Table I of the paper: a cycle of known travel, without and with compensation."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from opensuction.evidence.paper import standard_error
-from opensuction.evidence.paper.claim import CALIBRATED, COMPUTED, PREDICTED, PaperClaim
+from opensuction.evidence.paper.claim import (
+    CALIBRATED,
+    COMPUTED,
+    PREDICTED,
+    ClaimKind,
+    PaperClaim,
+)
 from opensuction.kernel.phase import Phase
 from opensuction.report.sheet import Curve, Plot, Section, Table
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -23,7 +29,7 @@ AFTER_MM = (2.4578, 2.2243, 2.5527, 2.3692, 2.6032)
 """Table I, after compensation."""
 BEFORE, AFTER = "none", "direct-inverse"
 """The paper's two rows by our names."""
-OURS = ("exact-inverse", "preview")
+EXACT, PREVIEW = OURS = ("exact-inverse", "preview")
 """Compensators that the paper does not have."""
 PUBLISHED = "published"
 """The paper's scheme with the parameters that the paper prints, whatever the machine."""
@@ -59,33 +65,48 @@ def run_trial(compensation: str, seed: int) -> TrackingTrial:
     return TrackingTrial(columns, cycle_run.figures(prepared, columns))
 
 
-def table(trials: dict[tuple[str, int], TrackingTrial]) -> list[dict[str, Any]]:
-    """Rows of Table I: the paper's numbers and ours, RMSE in mm."""
-    rows = []
-    for number, (seed, before, after) in enumerate(
-        zip(SEEDS, BEFORE_MM, AFTER_MM, strict=True), start=1
-    ):
-        row: dict[str, Any] = {
-            "trial": number,
-            "seed": seed,
-            "paper_before_mm": before,
-            "before_mm": trials[BEFORE, seed].outcome.rmse_mm,
-            "paper_after_mm": after,
-            "after_mm": trials[AFTER, seed].outcome.rmse_mm,
-            "published_mm": trials[PUBLISHED, seed].outcome.rmse_mm,
-        }
-        for name in OURS:
-            row[f"{name.replace('-', '_')}_mm"] = trials[name, seed].outcome.rmse_mm
-        rows.append(row)
-    return rows
+class TrackingRow(NamedTuple):
+    """A row of Table I: the paper's trial and ours, root mean square error."""
+
+    trial: int
+    seed: int
+    """Of the machine."""
+    paper_before_mm: float
+    before_mm: float
+    paper_after_mm: float
+    after_mm: float
+    published_mm: float
+    """After compensation with the parameters that the paper prints."""
+    exact_inverse_mm: float
+    preview_mm: float
 
 
-def claims(rows: list[dict[str, Any]]) -> list[PaperClaim]:
+def table(trials: dict[tuple[str, int], TrackingTrial]) -> tuple[TrackingRow, ...]:
+    """Rows of Table I: the paper's numbers and ours."""
+    return tuple(
+        TrackingRow(
+            trial=number,
+            seed=seed,
+            paper_before_mm=before,
+            before_mm=trials[BEFORE, seed].outcome.rmse_mm,
+            paper_after_mm=after,
+            after_mm=trials[AFTER, seed].outcome.rmse_mm,
+            published_mm=trials[PUBLISHED, seed].outcome.rmse_mm,
+            exact_inverse_mm=trials[EXACT, seed].outcome.rmse_mm,
+            preview_mm=trials[PREVIEW, seed].outcome.rmse_mm,
+        )
+        for number, (seed, before, after) in enumerate(
+            zip(SEEDS, BEFORE_MM, AFTER_MM, strict=True), start=1
+        )
+    )
+
+
+def claims(rows: tuple[TrackingRow, ...]) -> list[PaperClaim]:
     """Means, scatter and reduction of Table I, and the paper's own parameters on our machines."""
-    before, after = ([row[key] for row in rows] for key in ("before_mm", "after_mm"))
-    published = [row["published_mm"] for row in rows]
+    before, after = [row.before_mm for row in rows], [row.after_mm for row in rows]
+    published = [row.published_mm for row in rows]
     gone, here = _reduced_percent(BEFORE_MM, AFTER_MM), _reduced_percent(before, after)
-    means = (
+    means: tuple[tuple[str, ClaimKind, Sequence[float], Sequence[float], str], ...] = (
         ("RMSE before compensation, mean of five", CALIBRATED, BEFORE_MM, before, "mm"),
         ("RMSE after compensation, mean of five", CALIBRATED, AFTER_MM, after, "mm"),
         ("reduction of the RMSE, mean of five", CALIBRATED, gone, here, "%"),
@@ -97,7 +118,7 @@ def claims(rows: list[dict[str, Any]]) -> list[PaperClaim]:
             "mm",
         ),
     )
-    spreads = (
+    spreads: tuple[tuple[str, ClaimKind, Sequence[float], Sequence[float]], ...] = (
         ("standard deviation before compensation", CALIBRATED, BEFORE_MM, before),
         ("standard deviation after compensation", PREDICTED, AFTER_MM, after),
     )
@@ -182,7 +203,7 @@ def _cam(found: TrackingTrial) -> Plot:
     )
 
 
-def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
+def section() -> tuple[Section, list[PaperClaim], tuple[TrackingRow, ...]]:
     """Fig. 9 and Table I with their claims and the rows of the table."""
     trials = {
         (name, seed): run_trial(name, seed)
@@ -191,9 +212,9 @@ def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
     }
     rows = table(trials)
     found = claims(rows)
-    cells = [tuple(row.values()) for row in rows]
-    means = tuple(float(np.mean([row[key] for row in rows])) for key in list(rows[0])[2:])
-    spreads = tuple(float(np.std([row[key] for row in rows], ddof=1)) for key in list(rows[0])[2:])
+    errors_mm = list(zip(*(row[2:] for row in rows), strict=True))
+    means = tuple(float(np.mean(column)) for column in errors_mm)
+    spreads = tuple(float(np.std(column, ddof=1)) for column in errors_mm)
     columns = (
         "trial",
         "seed",
@@ -207,7 +228,7 @@ def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
     shown = Table(
         "Table I: RMSE in mm over 29 s, paper and twin",
         columns,
-        (*cells, ("mean", "", *means), ("SD", "", *spreads)),
+        (*rows, ("mean", "", *means), ("SD", "", *spreads)),
     )
     before, after = trials[BEFORE, SHOWN_SEED], trials[AFTER, SHOWN_SEED]
     plots = (

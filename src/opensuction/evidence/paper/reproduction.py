@@ -1,7 +1,7 @@
 """The paper reproduced: every table and figure on one page, every number beside its own."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from opensuction import __version__
 from opensuction.evidence.paper import (
@@ -13,9 +13,11 @@ from opensuction.evidence.paper import (
     paper_requirement,
     paper_tracking,
 )
-from opensuction.evidence.paper.claim import AGREES, DIFFERS, PaperClaim
+from opensuction.evidence.paper.claim import AGREES, DIFFERS, ClaimVerdict, JudgedClaim, PaperClaim
+from opensuction.evidence.paper.paper_contact import ContactRow
+from opensuction.evidence.paper.paper_numbers import PaperNumber
+from opensuction.evidence.paper.paper_tracking import TrackingRow
 from opensuction.report.sheet import Cell, Section, Sheet, Table
-from opensuction.result.plain import without_nan
 
 KINDS = (
     "Printed: the paper prints the number; computed: it follows from numbers that it prints. "
@@ -33,9 +35,25 @@ class Reproduction(NamedTuple):
     """Everything that ``opensuction reproduce`` shows."""
 
     claims: list[PaperClaim]
-    table1: list[dict[str, Any]]
-    table2: list[dict[str, Any]]
+    table1: tuple[TrackingRow, ...]
+    table2: tuple[ContactRow, ...]
     sheet: Sheet
+
+
+class ReproductionResult(NamedTuple):
+    """Claims and tables of the paper beside ours."""
+
+    version: str
+    """Of the software."""
+    in_silico: bool
+    claims: tuple[JudgedClaim, ...]
+    verdicts: Mapping[ClaimVerdict, int]
+    """Number of claims of each."""
+    table1: tuple[TrackingRow, ...]
+    table2: tuple[ContactRow, ...]
+    numbers: tuple[PaperNumber, ...]
+    wall_s: float
+    """Duration of the command."""
 
 
 def _claims_table(claims: list[PaperClaim]) -> Table:
@@ -126,17 +144,15 @@ def run(tell: Callable[[str], None] = lambda _: None) -> Reproduction:
     return Reproduction(claims, table1, table2, _sheet(claims, sections))
 
 
-def plain(found: Reproduction, wall_s: float) -> dict[str, Any]:
-    """The JSON object of the command."""
-    return without_nan(
-        {
-            "version": __version__,
-            "in_silico": True,
-            "claims": [claim.plain(entry) for entry in found.claims],
-            "verdicts": claim.tally(found.claims),
-            "table1": found.table1,
-            "table2": found.table2,
-            "numbers": paper_numbers.plain(),
-            "wall_s": wall_s,
-        }
+def to_result(found: Reproduction, wall_s: float) -> ReproductionResult:
+    """The result of the command."""
+    return ReproductionResult(
+        version=__version__,
+        in_silico=True,
+        claims=tuple(claim.judge(entry) for entry in found.claims),
+        verdicts=claim.tally(found.claims),
+        table1=found.table1,
+        table2=found.table2,
+        numbers=paper_numbers.NUMBERS,
+        wall_s=wall_s,
     )
