@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.evidence.benchmark.benchmark import PairFigures
 
 
 class BenchmarkOptions(NamedTuple):
@@ -26,24 +27,27 @@ def _compute(options: BenchmarkOptions, progress: "ProgressTeller", _: Path) -> 
 
     progress.tell(f"Compensators on twins and models, {options.seeds} seeds each")
     found = benchmark.run(options.seeds, progress.tell)
-    data = benchmark.plain(found, progress.elapsed_s)
+    figures = benchmark.to_figures(found, progress.elapsed_s)
+    data = to_json(figures)
     html = sheet.render(benchmark_page.sheet(found))
     files = {"report.html": html, "benchmark.json": to_text(data)}
-    return CommandResult(data, files, lambda console, folder: _summarise(console, data, folder))
+    return CommandResult(
+        data, files, lambda console, folder: _summarise(console, figures.results, folder)
+    )
 
 
-def _summarise(console: "Console", data: Json, folder: Path) -> None:
+def _summarise(console: "Console", results: "tuple[PairFigures, ...]", folder: Path) -> None:
     from rich.table import Table
 
     from opensuction.evidence.benchmark import benchmark_page
 
-    names, rows = benchmark_page.by_plant(data["results"])
+    names, rows = benchmark_page.by_plant(results)
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("RMSE, mm", no_wrap=True)
     for name in names:
         table.add_column(name.replace("-", "-\n", 1), justify="right")
     for plant, entries in rows.items():
-        errors = (entry["rmse_mm"] for entry in entries.values())
+        errors = (entry.rmse_mm for entry in entries.values())
         table.add_row(plant, *("-" if error is None else f"{error:.3g}" for error in errors))
     console.print(table)
     console.print("Mean of the seeds. In-silico: every plant is a simulated one.")

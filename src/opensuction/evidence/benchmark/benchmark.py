@@ -4,9 +4,9 @@ Each pair is carried out as the plant was identified, and with what may change a
 the controller's back (`disturbance`), on all cores.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,58 @@ class Benchmark(NamedTuple):
 
     seeds: tuple[int, ...]
     results: list[BenchmarkResult]
+
+
+class DisturbedFigures(NamedTuple):
+    """Figures of one pair on the plant with one disturbance."""
+
+    rmse_mm: float
+    """Mean of the seeds."""
+    rmse_worst_mm: float
+    """Of the worst seed."""
+    completed: int
+    """Number of seeds."""
+
+
+class PairFigures(NamedTuple):
+    """Figures of one compensator on one plant, of all seeds; None where every run was refused."""
+
+    plant: str
+    compensation: str
+    in_class: bool
+    """Whether the plant is of the class of our twin."""
+    floor_mm: float | None
+    """Scatter of the recording that the plant was fitted to; None where there is none."""
+    seeds: int
+    """Number of runs that were not refused."""
+    rmse_mm: float | None
+    """Mean of the seeds."""
+    rmse_worst_mm: float | None
+    """Of the worst seed."""
+    peak_mm: float | None
+    """Largest error of all seeds."""
+    head_mm_per_s: float | None
+    """Fastest head of all seeds."""
+    completed: int
+    trips: int
+    refused: str | None
+    """Why the controller refused the first refused run; None where none was."""
+    disturbances: Mapping[str, DisturbedFigures]
+    """By the disturbance's name; empty where the plant has no such columns."""
+
+
+class BenchmarkFigures(NamedTuple):
+    """Figures of all pairs."""
+
+    version: str
+    """Of the software."""
+    in_silico: bool
+    seeds: tuple[int, ...]
+    results: tuple[PairFigures, ...]
+    first_seed_rmse_mm: Mapping[str, Mapping[str, float]]
+    """Of the first seed alone by plant and compensator: what a quick check can repeat."""
+    wall_s: float
+    """Duration of the command."""
 
 
 class Task(NamedTuple):
@@ -163,47 +215,43 @@ def _round(value: float) -> float:
     return round(value, 4)
 
 
-def figures(result: BenchmarkResult) -> dict[str, Any]:
-    """One entry of ``results``; None where every run was refused."""
-    peaks = [float(np.max(np.abs(run.error_mm))) for run in result.runs]
-    speeds = [run.head_mm_per_s for run in result.runs]
+def figures(result: BenchmarkResult) -> PairFigures:
+    """Figures of one pair."""
+    errors_mm = [run.rmse_mm for run in result.runs]
+    peaks_mm = [float(np.max(np.abs(run.error_mm))) for run in result.runs]
     plant = PLANT_OF_NAME[result.plant]
-    return {
-        "plant": result.plant,
-        "compensation": result.compensation,
-        "in_class": plant.in_class,
-        "floor_mm": _rounded(plant.floor_mm) if isinstance(plant, Model) else None,
-        "seeds": len(result.runs),
-        **_errors([run.rmse_mm for run in result.runs]),
-        "peak_mm": _round(max(peaks)) if peaks else None,
-        "head_mm_per_s": _round(max(speeds)) if speeds else None,
-        "completed": sum(run.completed for run in result.runs),
-        "trips": sum(run.trips for run in result.runs),
-        "refused": result.refused or None,
-        "disturbances": {
-            name: {
-                **_errors([one.rmse_mm for one in runs]),
-                "completed": sum(one.completed for one in runs),
-            }
-            for name, runs in result.disturbed.items()
-        },
-    }
+    return PairFigures(
+        plant=result.plant,
+        compensation=result.compensation,
+        in_class=plant.in_class,
+        floor_mm=_rounded(plant.floor_mm) if isinstance(plant, Model) else None,
+        seeds=len(result.runs),
+        rmse_mm=_round(float(np.mean(errors_mm))) if errors_mm else None,
+        rmse_worst_mm=_rounded(max(errors_mm, default=None)),
+        peak_mm=_rounded(max(peaks_mm, default=None)),
+        head_mm_per_s=_rounded(max((run.head_mm_per_s for run in result.runs), default=None)),
+        completed=sum(run.completed for run in result.runs),
+        trips=sum(run.trips for run in result.runs),
+        refused=result.refused or None,
+        disturbances={name: _disturbed(runs) for name, runs in result.disturbed.items()},
+    )
 
 
 def _rounded(value: float | None) -> float | None:
     return None if value is None else _round(value)
 
 
-def _errors(rmse_mm: list[float]) -> dict[str, float | None]:
-    """Mean and worst of the seeds' errors; None where every run was refused."""
-    return {
-        "rmse_mm": _round(float(np.mean(rmse_mm))) if rmse_mm else None,
-        "rmse_worst_mm": _round(max(rmse_mm)) if rmse_mm else None,
-    }
+def _disturbed(runs: tuple[Disturbed, ...]) -> DisturbedFigures:
+    """runs: at least one."""
+    errors_mm = [one.rmse_mm for one in runs]
+    return DisturbedFigures(
+        rmse_mm=_round(float(np.mean(errors_mm))),
+        rmse_worst_mm=_round(max(errors_mm)),
+        completed=sum(one.completed for one in runs),
+    )
 
 
 def _first_seed_rmse_mm(found: Benchmark) -> dict[str, dict[str, float]]:
-    """RMSE of the first seed alone by plant and compensator: what a quick check can repeat."""
     first: dict[str, dict[str, float]] = {}
     for result in found.results:
         if result.runs:
@@ -212,13 +260,13 @@ def _first_seed_rmse_mm(found: Benchmark) -> dict[str, dict[str, float]]:
     return first
 
 
-def plain(found: Benchmark, wall_s: float) -> dict[str, Any]:
-    """The JSON object of the command."""
-    return {
-        "version": __version__,
-        "in_silico": True,
-        "seeds": list(found.seeds),
-        "results": [figures(result) for result in found.results],
-        "first_seed_rmse_mm": _first_seed_rmse_mm(found),
-        "wall_s": wall_s,
-    }
+def to_figures(found: Benchmark, wall_s: float) -> BenchmarkFigures:
+    """The result of the command."""
+    return BenchmarkFigures(
+        version=__version__,
+        in_silico=True,
+        seeds=found.seeds,
+        results=tuple(figures(result) for result in found.results),
+        first_seed_rmse_mm=_first_seed_rmse_mm(found),
+        wall_s=wall_s,
+    )
