@@ -58,6 +58,9 @@ def test_accounts_are_listed_a_line_each(ward: Path) -> None:
 
 def test_json_is_one_object(ward: Path) -> None:
     data = told(ward)
+    assert list(data) == [
+        *("database", "act", "account", "one_time_password", "expires_at", "accounts")
+    ]
     assert (data["database"], data["act"], data["one_time_password"]) == ("ward.db", "list", None)
     anna, eva = data["accounts"]
     assert anna == {

@@ -44,3 +44,22 @@ def test_a_number_that_is_not_finite_was_not_measured() -> None:
     assert known.table == {"a": None}
     assert to_json(known) == to_json(outer)
     assert isinstance(known, Outer)
+
+
+class Headed(NamedTuple):
+    machine: str
+    heading: Annotated[Mapping[str, str] | None, FLAT]
+    ticks: int
+
+
+def test_the_entries_of_a_flat_mapping_stand_in_the_object_around_it() -> None:
+    assert list(to_json(Headed("m", {"patient": "neonate", "seed": "7"}, 3)).items()) == [
+        *(("machine", "m"), ("patient", "neonate"), ("seed", "7"), ("ticks", 3))
+    ]
+    assert to_json(Headed("m", {}, 3)) == {"machine": "m", "ticks": 3}
+    assert to_json(Headed("m", None, 3)) == {"machine": "m", "ticks": 3}
+
+
+def test_an_entry_of_a_flat_mapping_takes_the_place_of_what_stands_before_it() -> None:
+    found = to_json(Headed("serial", {"seed": "7", "machine": "clinical"}, 3))
+    assert list(found.items()) == [("machine", "clinical"), ("seed", "7"), ("ticks", 3)]

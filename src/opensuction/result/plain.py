@@ -9,7 +9,8 @@ Json = dict[str, Any]
 Record = TypeVar("Record", bound=tuple[Any, ...])
 
 FLAT = "flat"
-"""Of a field, by `Annotated`: the fields of its record stand in the object around it, or none."""
+"""Of a field, by `Annotated`: the fields of its record, or the entries of its mapping, stand in the
+object around it, and take the place of what stands there under the same name; None: none do."""
 IF_KNOWN = "if known"
 """Of a field, by `Annotated`: None is left out of the object instead of standing as ``null``."""
 
@@ -37,7 +38,7 @@ def to_json(record: tuple[Any, ...]) -> Json:
         if mark is not None and value is None:
             continue
         if mark == FLAT:
-            found |= to_json(value)
+            found |= _plain(value)
         else:
             found[name] = _plain(value)
     return found

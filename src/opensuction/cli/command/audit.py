@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from opensuction.cli import exit_status
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,6 +20,35 @@ class AuditOptions(NamedTuple):
     recordings: Path | None = None
     trail_only: bool = False
     as_json: bool = False
+
+
+class RecordingsAudit(NamedTuple):
+    """Recordings, held against their hashes on record."""
+
+    read: int
+    faults: tuple[str, ...]
+    """What is wrong with them, a sentence each."""
+    unbound: int
+    """Without a hash on record."""
+    unbound_since: tuple[str, ...]
+    """Which of them came after the first of their machine that has one."""
+
+
+class AuditResult(NamedTuple):
+    """Result of an audit: the trail, and the recordings that it binds."""
+
+    ok: bool
+    database: str
+    entries: int
+    """That were read."""
+    last_hash: str
+    broken: str | None
+    """What is wrong first; None: nothing is."""
+    broken_at: int | None
+    """The entry where it is, where it is in one."""
+    expected_head: str | None
+    """Hash that was noted before; None: none was given."""
+    recordings: RecordingsAudit
 
 
 def run(options: AuditOptions) -> int:
@@ -40,40 +69,37 @@ def run(options: AuditOptions) -> int:
         report = ProgressTeller().wait(lambda: audit.audit(database, asked), "Reading the trail")
     finally:
         database.engine.dispose()
-    data: Json = {
-        "ok": report.broken is None,
-        "database": database.address.shown,
-        "entries": report.entries,
-        "last_hash": report.last_hash,
-        "broken": report.broken,
-        "broken_at": report.broken_at,
-        "expected_head": options.expect_head,
-        "recordings": {
-            "read": report.recordings,
-            "faults": list(report.faults),
-            "unbound": report.unbound,
-            "unbound_since": list(report.unbound_since),
-        },
-    }
-    show(options.as_json, data, lambda console: _summarise(console, data))
-    return exit_status.DONE if data["ok"] else exit_status.FAILED
+    found = AuditResult(
+        ok=report.broken is None,
+        database=database.address.shown,
+        entries=report.entries,
+        last_hash=report.last_hash,
+        broken=report.broken,
+        broken_at=report.broken_at,
+        expected_head=options.expect_head,
+        recordings=RecordingsAudit(
+            report.recordings, report.faults, report.unbound, report.unbound_since
+        ),
+    )
+    show(options.as_json, to_json(found), lambda console: _summarise(console, found))
+    return exit_status.DONE if found.ok else exit_status.FAILED
 
 
-def _summarise(console: "Console", data: Json) -> None:
-    recordings = data["recordings"]
-    lines = [f"BROKEN: {one}" for one in recordings["faults"] or filter(None, [data["broken"]])]
-    if data["ok"]:
-        entries = "1 entry" if data["entries"] == 1 else f"{data['entries']} entries"
-        lines.append(f"OK: {entries}, last hash {data['last_hash']}")
-        if recordings["read"]:
-            lines.append(f"OK: {_count(recordings['read'])} as their recorders left them")
-    if recordings["unbound"]:
-        lines.append(f"{_count(recordings['unbound'])} unbound: no hash on record")
+def _summarise(console: "Console", found: AuditResult) -> None:
+    recordings = found.recordings
+    lines = [f"BROKEN: {one}" for one in recordings.faults or filter(None, [found.broken])]
+    if found.ok:
+        entries = "1 entry" if found.entries == 1 else f"{found.entries} entries"
+        lines.append(f"OK: {entries}, last hash {found.last_hash}")
+        if recordings.read:
+            lines.append(f"OK: {_count(recordings.read)} as their recorders left them")
+    if recordings.unbound:
+        lines.append(f"{_count(recordings.unbound)} unbound: no hash on record")
     lines += [
-        f"unbound although others before it are not: {one}" for one in recordings["unbound_since"]
+        f"unbound although others before it are not: {one}" for one in recordings.unbound_since
     ]
     for line in lines:
-        console.print(f"{data['database']}: {line}", soft_wrap=True)
+        console.print(f"{found.database}: {line}", soft_wrap=True)
 
 
 def _count(recordings: int) -> str:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,28 +20,43 @@ class CacheOptions(NamedTuple):
     as_json: bool = False
 
 
+class CacheVersion(NamedTuple):
+    """Machine code of a version of the core."""
+
+    folder: str
+    size_bytes: int
+    is_current: bool
+    """It is this version's."""
+
+
+class CacheResult(NamedTuple):
+    """Machine code that is kept, and whether it has been removed."""
+
+    folder: str
+    size_bytes: int
+    """Of all versions, before they were removed."""
+    versions: tuple[CacheVersion, ...]
+    cleared: bool
+
+
 def run(options: CacheOptions) -> int:
     """Show or clear the cache; returns the exit status. Raises OSError where it stays."""
     # The import makes the folder of this version.
     from opensuction.kernel import compiled
 
-    versions = [
-        {
-            "folder": str(folder),
-            "size_bytes": _size_bytes(folder),
-            "is_current": folder == compiled.CACHE_FOLDER,
-        }
+    versions = tuple(
+        CacheVersion(str(folder), _size_bytes(folder), folder == compiled.CACHE_FOLDER)
         for folder in compiled.kept_caches()
-    ]
-    data: Json = {
-        "folder": str(compiled.CACHE_FOLDER.parent),
-        "size_bytes": sum(version["size_bytes"] for version in versions),
-        "versions": versions,
-        "cleared": options.clear,
-    }
+    )
+    found = CacheResult(
+        folder=str(compiled.CACHE_FOLDER.parent),
+        size_bytes=sum(version.size_bytes for version in versions),
+        versions=versions,
+        cleared=options.clear,
+    )
     if options.clear:
         compiled.clear_cache()
-    show(options.as_json, data, lambda console: _summarise(console, data))
+    show(options.as_json, to_json(found), lambda console: _summarise(console, found))
     return 0
 
 
@@ -49,14 +64,14 @@ def _size_bytes(folder: Path) -> int:
     return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
 
 
-def _summarise(console: "Console", data: Json) -> None:
-    console.print(f"Compiled core: {data['folder']}", soft_wrap=True)
-    for version in data["versions"]:
-        name, size_mb = Path(version["folder"]).name, version["size_bytes"] / MB
-        note = "  this version" if version["is_current"] else ""
+def _summarise(console: "Console", found: CacheResult) -> None:
+    console.print(f"Compiled core: {found.folder}", soft_wrap=True)
+    for version in found.versions:
+        name, size_mb = Path(version.folder).name, version.size_bytes / MB
+        note = "  this version" if version.is_current else ""
         console.print(f"  {name} {size_mb:8.1f} MB{note}")
-    size_mb = data["size_bytes"] / MB
-    if data["cleared"]:
+    size_mb = found.size_bytes / MB
+    if found.cleared:
         console.print(f"Removed {size_mb:.1f} MB: the next command compiles anew.")
     else:
         console.print(f"{size_mb:.1f} MB. OPENSUCTION_CACHE_DIR=DIR keeps it elsewhere.")

@@ -7,7 +7,7 @@ from opensuction.cli import exit_status
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
-from opensuction.result.plain import Json
+from opensuction.result.plain import Json, to_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from opensuction.cli.progress import ProgressTeller
     from opensuction.result.cycle_result import CycleResult
+    from opensuction.session.recorded.export_run import ExportResult
+    from opensuction.session.recorded.replay_run import ReplayResult
 
 PAGE, DATA = "report.html", "report.json"
 HEADING = "recording.json"
@@ -27,6 +29,14 @@ class ReplayOptions(NamedTuple):
 
     replayed: tuple[Path, ...]
     as_json: bool = False
+
+
+class RefusedReplay(NamedTuple):
+    """A file of several that cannot be replayed."""
+
+    file: str
+    refused: str
+    """Why, in a sentence."""
 
 
 class ExportOptions(NamedTuple):
@@ -49,14 +59,12 @@ class ReportOptions(NamedTuple):
 def _report(options: ReportOptions) -> int:
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         from opensuction.cli.delivery import to_text
-        from opensuction.result.plain import to_json
         from opensuction.session.recorded import on_record, report_run
 
         known = on_record.find(options.recording, options.database)
         found = report_run.run([options.recording], known.sentence)
-        data = {**to_json(found.result), "on_record": known.to_json()}
-        if found.flaw is not None:
-            progress.tell(found.flaw)
+        data = {**to_json(found.result), "on_record": to_json(known)}
+        _tell_flaw(found.flaw, progress)
         if known.is_faulty:
             progress.tell(known.sentence)
         return CommandResult(
@@ -81,43 +89,42 @@ def _replay(options: ReplayOptions) -> int:
     progress = ProgressTeller()
     if len(options.replayed) > 1:
         return _replay_each(options, progress)
-    data = _play_again(options.replayed[0], progress)
-    show(options.as_json, data, lambda console: _summarise_replay(console, data))
-    return _judge(data)
+    found = _play_again(options.replayed[0], progress)
+    show(options.as_json, to_json(found), lambda console: _summarise_replay(console, found))
+    return _judge(found)
 
 
-def _play_again(path: Path, progress: "ProgressTeller") -> Json:
+def _play_again(path: Path, progress: "ProgressTeller") -> "ReplayResult":
     from opensuction.session.recorded import replay_run
 
-    data = progress.wait(lambda: replay_run.run(path), "Replaying")
-    _tell_flaw(data, progress)
-    return data
+    found = progress.wait(lambda: replay_run.run(path), "Replaying")
+    _tell_flaw(found.flaw, progress)
+    return found
 
 
-def _judge(data: Json) -> int:
-    from opensuction.session.recorded import replay_run
-
-    return exit_status.DONE if replay_run.is_good(data) else exit_status.FAILED
+def _judge(found: "ReplayResult") -> int:
+    return exit_status.DONE if found.is_good else exit_status.FAILED
 
 
 def _replay_each(options: ReplayOptions, progress: "ProgressTeller") -> int:
     """Replay several; one that is refused keeps no other from being replayed."""
-    found: list[Json] = []
+    recordings: list[Json] = []
     statuses: set[int] = set()
     for path in options.replayed:
         try:
-            data = _play_again(path, progress)
-            statuses.add(_judge(data))
-            line = f"{path}: {' '.join(_list_sentences(data))}"
+            found = _play_again(path, progress)
+            data = to_json(found)
+            statuses.add(_judge(found))
+            line = f"{path}: {' '.join(_list_sentences(found))}"
         except InputError as refused:
-            data = {"file": str(path), "refused": str(refused)}
+            data = to_json(RefusedReplay(str(path), str(refused)))
             statuses.add(exit_status.BAD_INPUT)
             line = str(refused)
-        found.append(data)
+        recordings.append(data)
         if not options.as_json:
             show(False, data, lambda console, line=line: _print_line(console, line))
     if options.as_json:
-        show(True, {"recordings": found}, lambda _: None)
+        show(True, {"recordings": recordings}, lambda _: None)
     return max(statuses)
 
 
@@ -127,9 +134,9 @@ def _print_line(console: "Console", line: str) -> None:
     console.print(wording.one_line(line), soft_wrap=True)
 
 
-def _tell_flaw(data: Json, progress: "ProgressTeller") -> None:
-    if data["flaw"] is not None:
-        progress.tell(data["flaw"])
+def _tell_flaw(flaw: str | None, progress: "ProgressTeller") -> None:
+    if flaw is not None:
+        progress.tell(flaw)
 
 
 def _value(number: float | None) -> str:
@@ -137,36 +144,36 @@ def _value(number: float | None) -> str:
     return "no finite number" if number is None else repr(number)
 
 
-def _list_sentences(data: Json) -> "Iterator[str]":
+def _list_sentences(found: "ReplayResult") -> "Iterator[str]":
     """What came of a replay, the verdict first."""
-    ticks, first = data["ticks"], data["first_difference"]
-    if data["identical"]:
-        yield f"Identical: every output and state of {ticks} ticks, bit for bit."
+    first = found.first_difference
+    if first is None:
+        yield f"Identical: every output and state of {found.ticks} ticks, bit for bit."
     else:
-        kind = "Equivalent: within 1e-9" if data["equivalent"] else "Different"
+        kind = "Equivalent: within 1e-9" if found.equivalent else "Different"
         yield (
-            f"{kind}; {data['differing_ticks']} of {ticks} ticks have another bit. The first is "
-            f"tick {first['tick']} ({first['time_s']:.3f} s), {first['field']}: recorded "
-            f"{_value(first['recorded'])}, replayed {_value(first['replayed'])}."
+            f"{kind}; {found.differing_ticks} of {found.ticks} ticks have another bit. The first "
+            f"is tick {first.tick} ({first.time_s:.3f} s), {first.field}: recorded "
+            f"{_value(first.recorded)}, replayed {_value(first.replayed)}."
         )
-    if data["gaps"]:
-        places = "1 place" if data["gaps"] == 1 else f"{data['gaps']} places"
+    if found.gaps:
+        places = "1 place" if found.gaps == 1 else f"{found.gaps} places"
         yield f"Ticks are missing in {places}; it went on after them."
-    for note in data["notes"]:
+    for note in found.notes:
         yield f"Note: {note}."
 
 
-def _summarise_replay(console: "Console", data: Json) -> None:
-    for sentence in _list_sentences(data):
+def _summarise_replay(console: "Console", found: "ReplayResult") -> None:
+    for sentence in _list_sentences(found):
         _print_line(console, sentence)
-    recorded = data["recorded"]
+    recorded = found.recorded
     about = ", ".join(
-        f"{name} {recorded[name]}"
+        f"{name} {recorded.about[name]}"
         for name in ("machine", "patient", "protocol", "seed")
-        if name in recorded
+        if name in recorded.about
     )
-    by = f"by opensuction {recorded['software_version']}: {about}"
-    _print_line(console, f"Recorded {recorded['began_utc']} {by}")
+    by = f"by opensuction {recorded.software_version}: {about}"
+    _print_line(console, f"Recorded {recorded.began_utc} {by}")
 
 
 def _export(options: ExportOptions) -> int:
@@ -179,32 +186,33 @@ def _export(options: ExportOptions) -> int:
     def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
         from opensuction.cli.delivery import to_text
 
-        data = export_run.run(choice, folder, progress.show)
-        _tell_flaw(data, progress)
+        found = export_run.run(choice, folder, progress.show)
+        data = to_json(found)
+        _tell_flaw(found.flaw, progress)
         return CommandResult(
             data,
             {HEADING: to_text(data)},
-            lambda console, final: _summarise_export(console, data, final),
-            is_good=not data["damaged"],
-            stale=tuple(_other_tables(data)),
+            lambda console, final: _summarise_export(console, found, final),
+            is_good=not found.damaged,
+            stale=tuple(_other_tables(found)),
         )
 
     return deliver(options.results, "export", work, "Exporting", writes=True)
 
 
-def _other_tables(data: Json) -> "Iterator[str]":
+def _other_tables(found: "ExportResult") -> "Iterator[str]":
     """Tables of another export that the folder may hold."""
     from opensuction.recording.cycle_file.table_export import FORMATS
 
-    written = [table["file"] for table in data["tables"]]
+    written = [table.file for table in found.tables]
     for name in ("tick", "twin"):
         yield from (f"{name}.{form}" for form in FORMATS if f"{name}.{form}" not in written)
 
 
-def _summarise_export(console: "Console", data: Json, folder: Path) -> None:
-    for table in (*data["tables"], data["events"]):
-        width = f" of {table['columns']} columns" if "columns" in table else ""
-        console.print(f"{folder / table['file']}: {table['rows']} rows{width}", soft_wrap=True)
+def _summarise_export(console: "Console", found: "ExportResult", folder: Path) -> None:
+    for table in (*found.tables, found.events):
+        width = "" if table.columns is None else f" of {table.columns} columns"
+        console.print(f"{folder / table.file}: {table.rows} rows{width}", soft_wrap=True)
     console.print(f"{folder / HEADING}: what was recorded", soft_wrap=True)
 
 

@@ -10,7 +10,7 @@ from opensuction.cli.command import run_help
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.cli.interruption import Stopped
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 from opensuction.session.choice import CycleChoice, RigChoice
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from opensuction.session.cycle.resolution import ResolvedCycle
     from opensuction.session.running.cycle_scheduler import CycleScheduler
     from opensuction.session.running.machine import Running
-    from opensuction.session.running.run import Done
+    from opensuction.session.running.run import Done, RunResult
 
 
 class MachineOptions(NamedTuple):
@@ -78,9 +78,9 @@ def run(options: RunOptions) -> int:
             cycle_scheduler.CycleScheduler(running, options.wanted, every_s, progress.tell)
         ) as made:
             done = supervise(running, out, made, progress)
-        data = run.plain(running, done, out, options.machine.database)
-    show(options.machine.as_json, data, lambda console: _summarise(console, data))
-    good = done.ended and run.is_good(data, options.wanted)
+        found = run.sum_up(running, done, out, options.machine.database)
+    show(options.machine.as_json, to_json(found), lambda console: _summarise(console, found))
+    good = done.ended and found.is_good(options.wanted)
     return exit_status.DONE if good else exit_status.FAILED
 
 
@@ -148,24 +148,24 @@ def supervise(
         raise
 
 
-def _summarise(console: "Console", data: Json) -> None:
-    for one in data["cycles"]:
-        detail = f" ({one['detail']})" if one["detail"] else ""
-        outcome = one["outcome"] or "no end on record"
-        console.print(f"Cycle {one['number']}: {outcome}{detail}, {one['recording']}")
-    if data["reason"]:
-        console.print(f"No other cycle was started: {data['reason']}")
-    if data["not_kept"]:
-        console.print(f"The recorder: {data['not_kept']}")
-    us, ticks = data["tick_us"], data["ticks"]
-    share = 100.0 * data["missed_ticks"] / max(ticks + data["missed_ticks"], 1)
+def _summarise(console: "Console", found: "RunResult") -> None:
+    for one in found.cycles:
+        detail = f" ({one.detail})" if one.detail else ""
+        outcome = one.outcome or "no end on record"
+        console.print(f"Cycle {one.number}: {outcome}{detail}, {one.recording}")
+    if found.reason:
+        console.print(f"No other cycle was started: {found.reason}")
+    if found.not_kept:
+        console.print(f"The recorder: {found.not_kept}")
+    us, ticks, missed = found.tick_us, found.ticks, found.missed_ticks
+    share = 100.0 * missed / max(ticks + missed, 1)
     console.print(
-        f"{ticks} ticks, {data['missed_ticks']} missed ({share:.2f} %); scheduler "
-        f"{data['scheduler']}; a tick took {us['p99_9']:.0f} us at p99.9, {us['most']:.0f} at most"
+        f"{ticks} ticks, {missed} missed ({share:.2f} %); scheduler {found.scheduler}; "
+        f"a tick took {us.p99_9:.0f} us at p99.9, {us.most:.0f} at most"
     )
-    for refused in data["not_granted"]:
+    for refused in found.not_granted:
         console.print(f"Not granted: {refused}")
-    console.print(f"Written: {data['recordings']}")
+    console.print(f"Written: {found.recordings}")
     console.print(run_help.NOTICE)
 
 
@@ -178,8 +178,10 @@ def ask(options: AskOptions) -> int:
 
     who = options.who or getpass.getuser()
     answer = remote_request.ask(options.name, options.request, who)
-    show(options.as_json, answer, lambda console: console.print(remote_request.say(answer)))
-    return exit_status.DONE if answer["verdict"] == PRESSED else exit_status.FAILED
+    show(
+        options.as_json, to_json(answer), lambda console: console.print(remote_request.say(answer))
+    )
+    return exit_status.DONE if answer.verdict == PRESSED else exit_status.FAILED
 
 
 RUN = Command(

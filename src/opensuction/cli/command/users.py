@@ -1,19 +1,19 @@
 """``users``: people's accounts, for a site without a browser, or for who is locked out of one."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli import exit_status
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
-from opensuction.result.plain import Json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.accounts.accounts import Accounts
-    from opensuction.accounts.directory import NewPassword
+    from opensuction.accounts.directory import Account, NewPassword
 
 
 class UsersOptions(NamedTuple):
@@ -28,31 +28,57 @@ class UsersOptions(NamedTuple):
     as_json: bool = False
 
 
-def _list(_accounts: "Accounts", _name: str, _options: UsersOptions) -> Json:
-    return {}
+class AccountEntry(NamedTuple):
+    """Account, as the list has it."""
+
+    name: str
+    role: str
+    administrator: bool
+    active: bool
+    must_change_password: bool
+    """It has a one-time password."""
+    password_set_at: str | None
+    """UTC, in the form of ISO 8601; None: it has no password."""
 
 
-def _add(accounts: "Accounts", name: str, options: UsersOptions) -> Json:
-    made = accounts.add(None, name, _need_role(options), options.administrator)
-    return _to_json(made)
+class UsersResult(NamedTuple):
+    """Result of an act on an account, and all accounts after it."""
+
+    database: str
+    act: str
+    """Of `ACTS`."""
+    account: str | None
+    """None: the act was to list them."""
+    one_time_password: str | None
+    """None: the act made none."""
+    expires_at: str | None
+    """Of that password; UTC, in the form of ISO 8601."""
+    accounts: tuple[AccountEntry, ...]
+    """By their names."""
 
 
-def _change_role(accounts: "Accounts", name: str, options: UsersOptions) -> Json:
+def _list(_accounts: "Accounts", _name: str, _options: UsersOptions) -> None:
+    pass
+
+
+def _add(accounts: "Accounts", name: str, options: UsersOptions) -> "NewPassword":
+    return accounts.add(None, name, _need_role(options), options.administrator)
+
+
+def _change_role(accounts: "Accounts", name: str, options: UsersOptions) -> None:
     role, reason = _need_role(options), _need_reason(options)
     accounts.change_role(None, name, role, options.administrator, reason)
-    return {}
 
 
-def _deactivate(accounts: "Accounts", name: str, options: UsersOptions) -> Json:
+def _deactivate(accounts: "Accounts", name: str, options: UsersOptions) -> None:
     accounts.deactivate(None, name, _need_reason(options))
-    return {}
 
 
-def _reset_password(accounts: "Accounts", name: str, _options: UsersOptions) -> Json:
-    return _to_json(accounts.reset_password(None, name))
+def _reset_password(accounts: "Accounts", name: str, _options: UsersOptions) -> "NewPassword":
+    return accounts.reset_password(None, name)
 
 
-ACTS: dict[str, Callable[["Accounts", str, UsersOptions], Json]] = {
+ACTS: dict[str, Callable[["Accounts", str, UsersOptions], "NewPassword | None"]] = {
     "list": _list,
     "add": _add,
     "role": _change_role,
@@ -73,12 +99,12 @@ def run(options: UsersOptions) -> int:
         raise InputError("'users list' takes no name: it lists all accounts")
     if options.act != "list" and options.account is None:
         raise InputError(f"say whose account: opensuction users {options.act} NAME")
-    data = _carry_out(options)
-    show(options.as_json, data, lambda console: _summarise(console, data))
+    found = _carry_out(options)
+    show(options.as_json, to_json(found), lambda console: _summarise(console, found))
     return exit_status.DONE
 
 
-def _carry_out(options: UsersOptions) -> Json:
+def _carry_out(options: UsersOptions) -> UsersResult:
     from opensuction.accounts.accounts import Accounts
     from opensuction.records import audit
     from opensuction.records.records import Records
@@ -87,26 +113,26 @@ def _carry_out(options: UsersOptions) -> Json:
         audit.open_for_audit(options.database).close()  # a name misspelt makes no new file
     with Records.open(options.database) as records:
         accounts = Accounts(records.database)
-        done = ACTS[options.act](accounts, options.account or "", options)
-        return {
-            "database": records.database.address.shown,
-            "act": options.act,
-            "account": options.account,
-            "one_time_password": None,
-            "expires_at": None,
-            **done,
-            "accounts": [
-                {
-                    "name": one.name,
-                    "role": str(one.role),
-                    "administrator": one.is_administrator,
-                    "active": one.is_active,
-                    "must_change_password": one.has_one_time_password,
-                    "password_set_at": one.password_set_at and one.password_set_at.isoformat(),
-                }
-                for one in accounts.list_accounts()
-            ],
-        }
+        made = ACTS[options.act](accounts, options.account or "", options)
+        return UsersResult(
+            database=records.database.address.shown,
+            act=options.act,
+            account=options.account,
+            one_time_password=None if made is None else made.one_time_password,
+            expires_at=None if made is None else made.expires_at.isoformat(),
+            accounts=tuple(_entry(one) for one in accounts.list_accounts()),
+        )
+
+
+def _entry(one: "Account") -> AccountEntry:
+    return AccountEntry(
+        name=one.name,
+        role=str(one.role),
+        administrator=one.is_administrator,
+        active=one.is_active,
+        must_change_password=one.has_one_time_password,
+        password_set_at=None if one.password_set_at is None else one.password_set_at.isoformat(),
+    )
 
 
 def _need_role(options: UsersOptions) -> str:
@@ -121,40 +147,33 @@ def _need_reason(options: UsersOptions) -> str:
     return options.reason
 
 
-def _to_json(made: "NewPassword") -> Json:
-    return {
-        "one_time_password": made.one_time_password,
-        "expires_at": made.expires_at.isoformat(),
-    }
-
-
-def _summarise(console: "Console", data: Json) -> None:
-    if data["one_time_password"] is not None:
+def _summarise(console: "Console", found: UsersResult) -> None:
+    if found.one_time_password is not None and found.expires_at is not None:
         console.print(
-            f"{data['account']}: one-time password {data['one_time_password']}, shown this once, "
-            f"until {data['expires_at'][:16].replace('T', ' ')} UTC",
+            f"{found.account}: one-time password {found.one_time_password}, shown this once, "
+            f"until {found.expires_at[:16].replace('T', ' ')} UTC",
             soft_wrap=True,
         )
         return
-    if data["act"] != "list":
-        (one,) = [one for one in data["accounts"] if one["name"] == data["account"]]
+    if found.act != "list":
+        (one,) = [one for one in found.accounts if one.name == found.account]
         console.print(_describe(one), soft_wrap=True)
         return
-    for one in data["accounts"]:
+    for one in found.accounts:
         console.print(_describe(one), soft_wrap=True)
-    if not data["accounts"]:
-        console.print(f"{data['database']}: no accounts yet", soft_wrap=True)
+    if not found.accounts:
+        console.print(f"{found.database}: no accounts yet", soft_wrap=True)
 
 
-def _describe(one: dict[str, Any]) -> str:
-    notes = [one["role"]]
-    if one["administrator"]:
+def _describe(one: AccountEntry) -> str:
+    notes = [one.role]
+    if one.administrator:
         notes.append("administrator")
-    if not one["active"]:
+    if not one.active:
         notes.append("deactivated")
-    if one["must_change_password"]:
+    if one.must_change_password:
         notes.append("has a one-time password")
-    return f"{one['name']}: {', '.join(notes)}"
+    return f"{one.name}: {', '.join(notes)}"
 
 
 COMMAND = Command(

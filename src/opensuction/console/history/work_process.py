@@ -46,39 +46,11 @@ def report(paths: list[Path]) -> dict[str, Any]:
 
 
 def replay(paths: list[Path]) -> dict[str, Any]:
-    """What came of it when a recording was played again; of several parts the first that differs.
-
-    A part that holds nothing, of a recorder that died as it began, leaves the recording not whole.
-    Names of files and what their headings say are left out.
-    """
-    from opensuction.recording.cycle_file.reader import NothingRecordedError
+    """What came of it when a recording was played again; names of files are left out."""
+    from opensuction.result.plain import to_json
     from opensuction.session.recorded import replay_run
 
-    found: dict[str, Any] = {}
-    empty: list[NothingRecordedError] = []
-    for path in paths:
-        try:
-            data = replay_run.run(path)
-        except NothingRecordedError as refused:
-            empty.append(refused)
-            continue
-        found = {
-            **{
-                name: data[name]
-                for name in ("identical", "equivalent", "differing_ticks", "whole", "damaged")
-            },
-            "first_difference": data["first_difference"],
-            "notes": data["notes"],
-            "ticks": found.get("ticks", 0) + data["ticks"],
-            "gaps": found.get("gaps", 0) + data["gaps"],
-            "is_good": replay_run.is_good(data),
-        }
-        if not found["is_good"]:
-            break
-    if not found:
-        raise empty[0]
-    found["whole"] = found["whole"] and not empty
-    return found
+    return to_json(replay_run.run_parts(paths))
 
 
 def figures(paths: list[Path]) -> dict[str, Any]:

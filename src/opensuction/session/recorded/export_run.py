@@ -4,7 +4,7 @@ import csv
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from opensuction.recording.cycle_file.row_layout import Table
 from opensuction.recording.cycle_file.row_schema import SchemaColumn
 from opensuction.recording.cycle_file.table_export import FORMATS, Sheet
 from opensuction.recording.cycle_file.tick_table import STARTS
-from opensuction.result.plain import Json
+from opensuction.result.plain import IF_KNOWN
 from opensuction.session.recorded import replay_run
+from opensuction.session.recorded.replay_run import Origin
 from opensuction.settings import wording
 
 BLOCK_ROWS = 5000
@@ -64,6 +65,33 @@ class Choice(NamedTuple):
     """Names, or patterns with ``*``; none: all of them."""
 
 
+class ExportedFile(NamedTuple):
+    """Table that was written."""
+
+    file: str
+    """Name in the folder."""
+    rows: int
+    columns: Annotated[int | None, IF_KNOWN] = None
+    """Of a table of numbers, the time with them; None: of the events, whose columns are fixed."""
+
+
+class ExportResult(NamedTuple):
+    """Result of an export: the tables, and the recording that they are of."""
+
+    file: str
+    """The recording."""
+    format: str
+    """Of `FORMATS`."""
+    tables: tuple[ExportedFile, ...]
+    """One for each topic."""
+    events: ExportedFile
+    whole: bool
+    damaged: bool
+    flaw: str | None
+    """Why the recording is not whole; None: it is."""
+    recorded: Origin
+
+
 def _wanted(
     patterns: tuple[str, ...], tables: dict[str, tuple[SchemaColumn, ...]]
 ) -> dict[str, list[int]]:
@@ -94,7 +122,7 @@ def check(choice: Choice) -> None:
         table_export.require_parquet()
 
 
-def run(choice: Choice, folder: Path, tell: Callable[[str], None]) -> Json:
+def run(choice: Choice, folder: Path, tell: Callable[[str], None]) -> ExportResult:
     """Write the tables of a recording into a folder.
 
     tell: hears how far it is. Raises InputError for what is no recording, or has no such columns;
@@ -110,7 +138,7 @@ def run(choice: Choice, folder: Path, tell: Callable[[str], None]) -> Json:
 
 def _export(
     reader: RecordingReader, choice: Choice, folder: Path, tell: Callable[[str], None]
-) -> Json:
+) -> ExportResult:
     tables = {topic: one for topic, one in reader.tables.items() if topic != STARTS}
     topics: dict[str, _Topic] = {}
     told: list[TimedEvent] = []
@@ -133,23 +161,19 @@ def _export(
         for out in topics.values():
             out.close()
     _write_events(folder / EVENTS, told, reader)
-    return {
-        "file": str(choice.file),
-        "format": choice.form,
-        "tables": [
-            {
-                "file": f"{topic.strip('/')}.{choice.form}",
-                "rows": out.rows,
-                "columns": len(out.index) + 1,
-            }
+    return ExportResult(
+        file=str(choice.file),
+        format=choice.form,
+        tables=tuple(
+            ExportedFile(f"{topic.strip('/')}.{choice.form}", out.rows, len(out.index) + 1)
             for topic, out in topics.items()
-        ],
-        "events": {"file": EVENTS, "rows": len(told)},
-        "whole": reader.flaw is None,
-        "damaged": reader.is_damaged,
-        "flaw": reader.flaw,
-        "recorded": replay_run.describe(reader.heading),
-    }
+        ),
+        events=ExportedFile(EVENTS, len(told)),
+        whole=reader.flaw is None,
+        damaged=reader.is_damaged,
+        flaw=reader.flaw,
+        recorded=replay_run.origin_of(reader.heading),
+    )
 
 
 def _seconds(rows: Rows, reader: RecordingReader) -> Times:

@@ -10,7 +10,6 @@ from opensuction.records.database import address
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.history import History
 from opensuction.records.recording_check import WRITTEN, BoundRecording, Fault, Kind
-from opensuction.result.plain import Json
 
 BOUND, UNBOUND, UNKNOWN = "bound", "unbound", "unknown"
 
@@ -26,10 +25,6 @@ class OnRecord(NamedTuple):
     def is_faulty(self) -> bool:
         """Whether it is not what was put on record."""
         return self.state not in (BOUND, UNBOUND, UNKNOWN)
-
-    def to_json(self) -> Json:
-        """As plain data."""
-        return self._asdict()
 
 
 def find(path: Path, database: str | None) -> OnRecord:

@@ -1,10 +1,10 @@
-"""A machine that runs: begun, looked after, ended, and what it has done as plain data."""
+"""A machine that runs: begun, looked after, ended, and what it has done."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from opensuction.records.database import utc_time
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle
 from opensuction.records.records import Records
-from opensuction.result.plain import Json
+from opensuction.result.plain import FLAT
 from opensuction.runtime import launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import LOOKS_S, Supervisor, SupervisorNotice
@@ -137,8 +137,80 @@ def supervise(
     return Done(notices, rounds.reason, ended, tally, began_at, began_s)
 
 
-def plain(running: Running, done: Done, out: Path, database: str | None) -> Json:
-    """What a run has done."""
+class RunCycle(NamedTuple):
+    """Cycle of a run, as it is on record."""
+
+    number: int
+    """From 1 on for each machine."""
+    id: str
+    outcome: Outcome | None
+    """None: no end is on record."""
+    detail: str
+    inside_at_end: bool | None
+    requested_by: str
+    started_at: str
+    """UTC, in the form of ISO 8601."""
+    ended_at: str | None
+    """Likewise; None: no end is on record."""
+    recording: str | None
+    """Name of its file."""
+
+
+class RunAlarm(NamedTuple):
+    """Alarm of a run, as it is on record."""
+
+    condition: str
+    priority: str
+    raised_at: str
+    """UTC, in the form of ISO 8601."""
+    cycle_id: str | None
+    """None: the machine was at rest."""
+
+
+class TickTime(NamedTuple):
+    """Time that ticks took at most, by their share, in us; nan before the first tick."""
+
+    p99: float
+    p99_9: float
+    most: float
+    """Of all of them."""
+
+
+class RunResult(NamedTuple):
+    """Result of a machine's run in real time."""
+
+    heading: Annotated[Mapping[str, str], FLAT]
+    """What its recordings say of the machine, by name: machine, patient, protocol, seed."""
+    cycles: tuple[RunCycle, ...]
+    """The first one first."""
+    alarms: tuple[RunAlarm, ...]
+    """The first one first."""
+    reason: str | None
+    """Why no other cycle was started; None: as many were as were asked for."""
+    not_kept: str | None
+    """Last words of the recorder; None: it had nothing to say."""
+    notices: tuple[SupervisorNotice, ...]
+    scheduler: str | None
+    """Of the operating system, for the control loop; None: the loop never began."""
+    not_granted: tuple[str, ...]
+    """What the operating system refused to the control loop."""
+    ticks: int
+    missed_ticks: int
+    tick_us: TickTime
+    recordings: str
+    """Folder."""
+    database: str
+    in_silico: bool
+    wall_s: float
+
+    def is_good(self, asked: int) -> bool:
+        """Whether as many cycles as were asked for are completed, and nothing was in the way."""
+        completed = [one for one in self.cycles if one.outcome == Outcome.COMPLETED]
+        return len(completed) == len(self.cycles) >= asked and self.reason is None
+
+
+def sum_up(running: Running, done: Done, out: Path, database: str | None) -> RunResult:
+    """Put together what a run has done, from its records and the ring of its events."""
     told = EventReader(running.folder / paths.EVENTS).read()[0]
     began = next((one.fields for one in told if one.fields["kind"] == "began"), {})
     serial = running.about.machine.serial
@@ -150,53 +222,38 @@ def plain(running: Running, done: Done, out: Path, database: str | None) -> Json
         alarms = [
             one for one in history.list_alarms(serial, LISTED) if one.raised_at >= done.began_at
         ]
-    return {
-        "machine": serial,
-        **running.about.heading,
-        "cycles": [_cycle(one) for one in reversed(cycles)],
-        "alarms": [_alarm(one) for one in reversed(alarms)],
-        "reason": done.reason or None,
-        "not_kept": launch.last_words(running.folder, launch.RECORDER) or None,
-        "notices": [one._asdict() for one in done.notices],
-        "scheduler": began.get("scheduler"),
-        "not_granted": list(filter(None, str(began.get("refusals", "")).split("; "))),
-        "ticks": done.tally.ticks,
-        "missed_ticks": done.tally.missed,
-        "tick_us": {
-            name: 1e6 * done.tally.computed_s(share)
-            for name, share in (("p99", 0.99), ("p99_9", 0.999), ("most", 1.0))
-        },
-        "recordings": str(out),
-        "database": shown,
-        "in_silico": True,
-        "wall_s": time.monotonic() - done.began_s,
-    }
+    return RunResult(
+        heading={"machine": serial, **running.about.heading},
+        cycles=tuple(_cycle(one) for one in reversed(cycles)),
+        alarms=tuple(_alarm(one) for one in reversed(alarms)),
+        reason=done.reason or None,
+        not_kept=launch.last_words(running.folder, launch.RECORDER) or None,
+        notices=tuple(done.notices),
+        scheduler=began.get("scheduler"),
+        not_granted=tuple(filter(None, str(began.get("refusals", "")).split("; "))),
+        ticks=done.tally.ticks,
+        missed_ticks=done.tally.missed,
+        tick_us=TickTime(*(1e6 * done.tally.computed_s(share) for share in (0.99, 0.999, 1.0))),
+        recordings=str(out),
+        database=shown,
+        in_silico=True,
+        wall_s=time.monotonic() - done.began_s,
+    )
 
 
-def is_good(data: Json, asked: int) -> bool:
-    """Whether as many cycles as were asked for have been completed, and nothing was in the way."""
-    completed = [one for one in data["cycles"] if one["outcome"] == Outcome.COMPLETED]
-    return len(completed) == len(data["cycles"]) >= asked and data["reason"] is None
+def _cycle(one: PastCycle) -> RunCycle:
+    return RunCycle(
+        number=one.number,
+        id=one.id,
+        outcome=one.outcome,
+        detail=one.detail,
+        inside_at_end=one.inside_at_end,
+        requested_by=one.requested_by,
+        started_at=one.started_at.isoformat(),
+        ended_at=None if one.ended_at is None else one.ended_at.isoformat(),
+        recording=one.recording,
+    )
 
 
-def _cycle(one: PastCycle) -> Json:
-    return {
-        "number": one.number,
-        "id": one.id,
-        "outcome": one.outcome,
-        "detail": one.detail,
-        "inside_at_end": one.inside_at_end,
-        "requested_by": one.requested_by,
-        "started_at": one.started_at.isoformat(),
-        "ended_at": None if one.ended_at is None else one.ended_at.isoformat(),
-        "recording": one.recording,
-    }
-
-
-def _alarm(one: PastAlarm) -> Json:
-    return {
-        "condition": one.condition,
-        "priority": one.priority,
-        "raised_at": one.raised_at.isoformat(),
-        "cycle_id": one.cycle_id,
-    }
+def _alarm(one: PastAlarm) -> RunAlarm:
+    return RunAlarm(one.condition, one.priority, one.raised_at.isoformat(), one.cycle_id)
