@@ -9,13 +9,12 @@ from opensuction.report import html
 from opensuction.report.identification import identification_series, identification_words
 from opensuction.report.identification.identification_series import FittedCurves
 from opensuction.report.identification.identification_words import ParameterRow
-from opensuction.report.summary import flatten
 from opensuction.result.identification_result import (
     ModelResult,
     RecordedColumn,
     WorkbenchResult,
 )
-from opensuction.result.plain import to_json
+from opensuction.result.plain import flatten, to_json
 
 SCRIPTS = ("plot_parts.js", "identification_loop.js", "identification_plots.js")
 """In this order: each uses those before it."""
