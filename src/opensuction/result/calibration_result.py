@@ -5,7 +5,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from opensuction.result.cycle_result import PlaysModel
 from opensuction.result.identification_result import FittedParameter
-from opensuction.result.plain import FLAT
+from opensuction.result.plain import FLAT, IF_FINITE
 
 
 class FeedforwardEstimate(NamedTuple):
@@ -93,7 +93,7 @@ class CheckedBound(NamedTuple):
     """A bound of a calibration, and the value that was held against it."""
 
     name: str
-    value: float
+    value: Annotated[float, IF_FINITE]
     """What is no number (nan) keeps no bound."""
     least: float | None
     most: float | None

@@ -6,8 +6,8 @@ Field names are the keys of the JSON object, with their units (docs/reference/re
 from typing import Annotated, Literal, NamedTuple
 
 from opensuction.kernel.record import Array
-from opensuction.result.cycle_result import AlarmRecord, Announcement
-from opensuction.result.plain import FLAT
+from opensuction.result.cycle_result import AlarmRecord, Announcement, CycleResult
+from opensuction.result.plain import FLAT, IF_KNOWN
 
 
 class GapResult(NamedTuple):
@@ -117,3 +117,10 @@ class DayResult(NamedTuple):
     def is_good(self) -> bool:
         """Whether every cycle was good, and nothing was refused."""
         return self.refusal is None and all(cycle.is_good for cycle in self.cycles)
+
+
+class CycleAndDay(NamedTuple):
+    """One cycle, or the last one of a day and the day."""
+
+    cycle: Annotated[CycleResult, FLAT]
+    day: Annotated[DayResult | None, IF_KNOWN]

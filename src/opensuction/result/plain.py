@@ -13,6 +13,8 @@ FLAT = "flat"
 object around it, and take the place of what stands there under the same name; None: none do."""
 IF_KNOWN = "if known"
 """Of a field, by `Annotated`: None is left out of the object instead of standing as ``null``."""
+IF_FINITE = "if finite"
+"""Of a number, by `Annotated`: it may be not finite, which stands as ``null``."""
 
 
 @cache

@@ -6,7 +6,7 @@ Names and units of the fields are those of its JSON object (docs/reference/resul
 from collections.abc import Mapping
 from typing import Annotated, Generic, Literal, NamedTuple, TypeVar
 
-from opensuction.result.cycle_result import LeftInsideCount
+from opensuction.result.cycle_result import CycleResult, LeftInsideCount
 from opensuction.result.plain import FLAT, IF_KNOWN
 
 Value = TypeVar("Value")
@@ -255,3 +255,10 @@ class TrialCycle(NamedTuple):
     violations: tuple[Violation, ...]
     endpoints: Endpoints
     watched_s: float
+
+
+class PlayedCycle(NamedTuple):
+    """A cycle of a trial that was played again, and what the trial says of it."""
+
+    cycle: Annotated[CycleResult, FLAT]
+    trial: TrialCycle

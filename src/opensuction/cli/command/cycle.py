@@ -223,6 +223,7 @@ def _write_up(
     progress: "ProgressTeller",
     trace: Path | None,
 ) -> CommandResult:
+    from opensuction.result.day_result import CycleAndDay
     from opensuction.result.plain import to_json
     from opensuction.session.cycle import cycle_summary
 
@@ -232,7 +233,7 @@ def _write_up(
         trace=None if trace is None else str(trace),
         recording=RECORDING if RECORDING in made else None,
     )
-    data = to_json(result) | ({} if day is None else {"day": to_json(day)})
+    data = to_json(CycleAndDay(result, day))
     files: dict[str, str | bytes] = {**made, "cycle.json": to_text(data), **_sound(result)}
 
     def summarise(console: "Console", folder: Path) -> None:

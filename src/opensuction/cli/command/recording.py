@@ -7,7 +7,7 @@ from opensuction.cli import exit_status
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
-from opensuction.result.plain import Json, to_json
+from opensuction.result.plain import to_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from opensuction.cli.progress import ProgressTeller
     from opensuction.result.cycle_result import CycleResult
     from opensuction.session.recorded.export_run import ExportResult
-    from opensuction.session.recorded.replay_run import ReplayResult
+    from opensuction.session.recorded.replay_run import RefusedReplay, ReplayResult
 
 PAGE, DATA = "report.html", "report.json"
 HEADING = "recording.json"
@@ -29,14 +29,6 @@ class ReplayOptions(NamedTuple):
 
     replayed: tuple[Path, ...]
     as_json: bool = False
-
-
-class RefusedReplay(NamedTuple):
-    """A file of several that cannot be replayed."""
-
-    file: str
-    refused: str
-    """Why, in a sentence."""
 
 
 class ExportOptions(NamedTuple):
@@ -63,7 +55,7 @@ def _report(options: ReportOptions) -> int:
 
         known = on_record.find(options.recording, options.database)
         found = report_run.run([options.recording], known.sentence)
-        data = {**to_json(found.result), "on_record": to_json(known)}
+        data = to_json(report_run.ReportedCycle(found.result, known))
         _tell_flaw(found.flaw, progress)
         if known.is_faulty:
             progress.tell(known.sentence)
@@ -108,23 +100,24 @@ def _judge(found: "ReplayResult") -> int:
 
 def _replay_each(options: ReplayOptions, progress: "ProgressTeller") -> int:
     """Replay several; one that is refused keeps no other from being replayed."""
-    recordings: list[Json] = []
+    from opensuction.session.recorded import replay_run
+
+    recordings: list[ReplayResult | RefusedReplay] = []
     statuses: set[int] = set()
     for path in options.replayed:
         try:
             found = _play_again(path, progress)
-            data = to_json(found)
+            recordings.append(found)
             statuses.add(_judge(found))
             line = f"{path}: {' '.join(_list_sentences(found))}"
         except InputError as refused:
-            data = to_json(RefusedReplay(str(path), str(refused)))
+            recordings.append(replay_run.RefusedReplay(str(path), str(refused)))
             statuses.add(exit_status.BAD_INPUT)
             line = str(refused)
-        recordings.append(data)
         if not options.as_json:
-            show(False, data, lambda console, line=line: _print_line(console, line))
+            show(False, {}, lambda console, line=line: _print_line(console, line))
     if options.as_json:
-        show(True, {"recordings": recordings}, lambda _: None)
+        show(True, to_json(replay_run.SeveralReplays(tuple(recordings))), lambda _: None)
     return max(statuses)
 
 

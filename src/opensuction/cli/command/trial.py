@@ -89,6 +89,7 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
     from opensuction.report import terminal
     from opensuction.report.cycle import page
     from opensuction.result.plain import to_json
+    from opensuction.result.trial_result import PlayedCycle
     from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
 
     found = part.play_again(trial, number)
@@ -99,7 +100,7 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
     html = page.render(result, found.run.columns, machine_summary.sections(found.prepared))
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
     summary = trial_summary.summarise_case(trial, found.case)
-    data = to_json(result) | {"trial": to_json(summary)}
+    data = to_json(PlayedCycle(result, summary))
     files = {"report.html": html, "cycle.json": to_text(data)}
 
     def summarise(console: "Console", folder: Path) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Final, Literal, NamedTuple
 
-from opensuction.result.plain import FLAT
+from opensuction.result.plain import FLAT, IF_FINITE
 
 ClaimSource = Literal["printed", "computed"]
 ClaimKind = Literal["calibrated", "predicted", "arithmetic"]
@@ -31,8 +31,8 @@ class PaperClaim(NamedTuple):
     source: ClaimSource
     kind: ClaimKind
     paper: float
-    measured: float
-    standard_error: float
+    measured: Annotated[float, IF_FINITE]
+    standard_error: Annotated[float, IF_FINITE]
     """Of the difference of the two, in the claim's unit; nan where neither has a scatter."""
     tolerance: float
     """Largest difference that counts as agreement, in the claim's unit."""

@@ -78,6 +78,21 @@ class ReplayResult(NamedTuple):
         return not self.damaged and (self.identical or (other and self.equivalent))
 
 
+class RefusedReplay(NamedTuple):
+    """A file of several that cannot be replayed."""
+
+    file: str
+    refused: str
+    """Why, in a sentence."""
+
+
+class SeveralReplays(NamedTuple):
+    """Result of the replay of several files, each by itself."""
+
+    recordings: tuple[ReplayResult | RefusedReplay, ...]
+    """In the order of the files."""
+
+
 class PartsResult(NamedTuple):
     """Result of the replay of a recording in parts: of the first that is not good, or the last.
 

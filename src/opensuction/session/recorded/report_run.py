@@ -1,13 +1,14 @@
 """The report of a recording: the page that a simulated cycle gets, from its file alone."""
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from opensuction.controller.record import Settings
 from opensuction.report.cycle import page
 from opensuction.result.cycle_result import CycleResult
-from opensuction.result.plain import Json
+from opensuction.result.plain import FLAT, Json
 from opensuction.session.recorded import recorded_cycle, recorded_summary, replay_run
+from opensuction.session.recorded.on_record import OnRecord
 from opensuction.session.recorded.recorded_cycle import RecordedCycle
 
 
@@ -19,6 +20,13 @@ class Report(NamedTuple):
     flaw: str | None
     """Why the file is not whole."""
     is_damaged: bool
+
+
+class ReportedCycle(NamedTuple):
+    """A recorded cycle, and what the records say of its file."""
+
+    cycle: Annotated[CycleResult, FLAT]
+    on_record: OnRecord
 
 
 def sections(

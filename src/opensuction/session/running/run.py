@@ -14,7 +14,7 @@ from opensuction.records.database import utc_time
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle
 from opensuction.records.records import Records
-from opensuction.result.plain import FLAT
+from opensuction.result.plain import FLAT, IF_FINITE
 from opensuction.runtime import launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import LOOKS_S, Supervisor, SupervisorNotice
@@ -170,9 +170,9 @@ class RunAlarm(NamedTuple):
 class TickTime(NamedTuple):
     """Time that ticks took at most, by their share, in us; nan before the first tick."""
 
-    p99: float
-    p99_9: float
-    most: float
+    p99: Annotated[float, IF_FINITE]
+    p99_9: Annotated[float, IF_FINITE]
+    most: Annotated[float, IF_FINITE]
     """Of all of them."""
 
 
