@@ -13,6 +13,7 @@ from docs.generator import (
     parameter_page,
     phase_page,
     phase_picture,
+    result_schema,
     right_table,
 )
 from docs.generator.document import spliced
@@ -49,6 +50,7 @@ def generated() -> dict[Path, str]:
         "reference/commands.md": command_page.page(app),
         "reference/parameters.md": parameter_page.page(*examples),
         "reference/phases.md": phase_page.page(),
+        "reference/results.schema.json": result_schema.text(),
         "pictures/hysteresis-loops.svg": loop_picture.svg(),
         "pictures/phases.svg": phase_picture.svg(),
     }

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import os
 import subprocess
 import sys
@@ -11,6 +12,8 @@ from typing import IO, NamedTuple
 from unittest import mock
 
 from opensuction.cli import app
+from opensuction.result.plain import Json
+from tests.cli import result_schema
 
 Process = subprocess.Popen[str]
 PROGRAM = (sys.executable, "-m", "opensuction.cli.app")
@@ -35,7 +38,10 @@ class Ran(NamedTuple):
 
 
 def opensuction(*arguments: str, cwd: Path) -> Ran:
-    """Run ``opensuction`` with these arguments in a folder, in this process."""
+    """Run ``opensuction`` with these arguments in a folder, in this process.
+
+    What it prints with ``--json`` must be as the published schema has it.
+    """
     stdout, stderr = io.StringIO(), io.StringIO()
     with (
         contextlib.chdir(cwd),
@@ -48,7 +54,17 @@ def opensuction(*arguments: str, cwd: Path) -> Ran:
         except SystemExit as leaving:
             code = leaving.code
     assert isinstance(code, int)
+    if "--json" in arguments and stdout.getvalue():  # nothing of what was refused
+        data = json.loads(stdout.getvalue())
+        assert not result_schema.find_faults(name_object(arguments, data), data)
     return Ran(code, stdout.getvalue(), stderr.getvalue())
+
+
+def name_object(arguments: tuple[str, ...], data: Json) -> str:
+    """Name of the object that a command printed, in the published schema."""
+    if "--play" in arguments:
+        return "trial-play"
+    return "replay-several" if data.keys() == {"recordings"} else arguments[0]
 
 
 def opensuction_process(
