@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from opensuction.evidence.trial import judged_cycle, sound_machine
+from opensuction.evidence.campaign import played_cycle
+from opensuction.evidence.trial import judged_cycle, part
+from opensuction.evidence.trial.judged_cycle import JUDGED
 from opensuction.kernel.errors import InputError
 from opensuction.result.trial_result import Trial
 from opensuction.safety.condition import Condition
@@ -98,11 +100,11 @@ def changed(values: dict[str, float], lively: bool = False) -> Iterator[None]:
 def _play(number: int, room: RowBuffer) -> tuple[str, ...]:
     """What stopped a cycle without a fault, or was said of it; nothing if all is well."""
     try:
-        prepared, _ = sound_machine.find(TRIAL, number, lambda one: one)
+        prepared, _ = part.find_machine(TRIAL, number, lambda one: one)
     except InputError:
         return ("refused",)
-    played = judged_cycle.play_sound(prepared, room)
-    case = judged_cycle.judge(number, prepared, played)
+    played = played_cycle.play_sound(prepared, room)
+    case = judged_cycle.judge(number, played)
     trips = played.run.columns["verdict.trips"].astype(np.int64)
     first = int(trips[int(np.argmax(trips != 0))])
     said = tuple(f"trip {one.name}" for one in Condition if first >> one & 1)
@@ -181,4 +183,4 @@ def _rows() -> list[tuple[str, Parameter]]:
 
 def make_room() -> RowBuffer:
     """Room for the cycles of a process."""
-    return judged_cycle.make_room()
+    return played_cycle.make_room(JUDGED)

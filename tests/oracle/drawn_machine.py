@@ -1,7 +1,13 @@
 """Drawn machines and patients, ready for a cycle: patients and approaches in turn."""
 
-from opensuction.evidence.trial import cohort, sound_machine
+from functools import cache
+
+from opensuction.evidence.campaign import played_cycle, sound_machine
+from opensuction.evidence.campaign.healthy_cycle import HealthyCycle
+from opensuction.evidence.campaign.played_cycle import PLAYED
+from opensuction.evidence.trial import cohort
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.simulation.injection.row_buffer import RowBuffer
 
 KINDS = cohort.list_kinds(cohort.PRESETS)
 
@@ -14,3 +20,13 @@ def prepare(index: int, first_seed: int) -> Prepared:
 def pool(first_seed: int) -> list[Prepared]:
     """A machine for each patient and approach."""
     return [prepare(index, first_seed) for index in range(len(KINDS))]
+
+
+@cache
+def _room() -> RowBuffer:
+    return played_cycle.make_room(PLAYED)
+
+
+def play_healthy(prepared: Prepared) -> HealthyCycle:
+    """The machine's cycle without a fault."""
+    return sound_machine.play(prepared, _room()).healthy

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence import healthy_cycle
-from opensuction.evidence.healthy_cycle import AIRWAY
+from opensuction.evidence.campaign import fault_placement
+from opensuction.evidence.campaign.healthy_cycle import AIRWAY
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.catheter_retention import GONE_S
@@ -36,8 +36,8 @@ def assert_all_out(machines: list[Prepared], numbers: range) -> None:
     for number in numbers:
         prepared = machines[number % len(machines)]
         fault = LOOSE[number // len(machines) % len(LOOSE)]
-        healthy = healthy_cycle.play(prepared)
-        at_s = healthy_cycle.find_time_s(healthy, AIRWAY, draws.random())
+        healthy = drawn_machine.play_healthy(prepared)
+        at_s = fault_placement.find_time_s(healthy, AIRWAY, draws.random())
         assert_out(prepared, fault, at_s, 0.01 * (GONE_S / 0.01) ** draws.random())
 
 

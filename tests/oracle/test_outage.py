@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence import healthy_cycle
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.oracle import exposure
 from opensuction.session.cycle.cycle_run import Prepared
@@ -29,7 +28,7 @@ def machines() -> list[Prepared]:
 
 def assert_nobody_left_inside(machines: list[Prepared], numbers: range) -> None:
     draws = np.random.default_rng([13, numbers.start])
-    spans = [healthy_cycle.play(prepared).spans for prepared in machines]
+    spans = [drawn_machine.play_healthy(prepared).spans for prepared in machines]
     came, left = 0, []
     for number in numbers:
         prepared = machines[number % len(machines)]

@@ -2,11 +2,10 @@
 
 import pytest
 
+from opensuction.evidence.campaign import played_cycle, sound_machine
+from opensuction.evidence.campaign.played_cycle import JUDGED, Played
+from opensuction.evidence.campaign.sound_machine import Kind, SoundMachine
 from opensuction.evidence.safety_case.hazard_case import COMPENSATION
-from opensuction.evidence.trial import judged_cycle, sound_machine
-from opensuction.evidence.trial.cohort import Kind
-from opensuction.evidence.trial.judged_cycle import Played
-from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.oracle import exposure
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.simulation.injection import invariant
@@ -18,11 +17,11 @@ def play(
     kind: Kind, seed: int, spread: float, fault: Fault, at_s: float, strength: float
 ) -> tuple[SoundMachine, Played, PatientExposure]:
     """A fault at an instant of the cycle of a drawn machine and patient."""
-    room = judged_cycle.make_room()
+    room = played_cycle.make_room(JUDGED)
     prepared = sound_machine.prepare(kind, seed, COMPENSATION, spread=spread)
     machine = sound_machine.play(prepared, room)
     one = Injection(fault, FaultInstant(None, at_s), strength)
-    played = judged_cycle.play_faulty(machine, (one,), seed, room)
+    played = played_cycle.play_faulty(machine, (one,), seed, room)
     return machine, played, exposure.measure(prepared.rig.machine, played.run.columns)
 
 

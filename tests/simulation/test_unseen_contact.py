@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from opensuction.evidence.trial import judged_cycle, sound_machine
-from opensuction.evidence.trial.cohort import Kind
-from opensuction.evidence.trial.sound_machine import SoundMachine
+from opensuction.evidence.campaign import played_cycle, sound_machine
+from opensuction.evidence.campaign.played_cycle import JUDGED
+from opensuction.evidence.campaign.sound_machine import Kind, SoundMachine
 from opensuction.safety.condition import Condition
 from opensuction.simulation import annunciation
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
@@ -27,7 +27,7 @@ FAULTS = {
 
 @cache
 def room() -> RowBuffer:
-    return judged_cycle.make_room()
+    return played_cycle.make_room(JUDGED)
 
 
 @cache
@@ -61,7 +61,7 @@ def test_a_tip_that_no_switch_tells_of_presses_with_little(
             one = Injection(
                 fault, FaultInstant(None, before_contact_s(machine, before_s)), FAULTS[fault]
             )
-            columns = judged_cycle.play_faulty(machine, (one,), seed, room()).run.columns
+            columns = played_cycle.play_faulty(machine, (one,), seed, room()).run.columns
             assert columns["truth.contact_n"].max() < MOST_N, (seed, before_s)
             told = {each.condition for each in annunciation.told(columns)}
             by_turns = fault == Fault.CONTACT_INTERMITTENT

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from opensuction.evidence.trial import judged_cycle, sound_machine
-from opensuction.evidence.trial.sound_machine import SoundMachine
+from opensuction.evidence.campaign import played_cycle, sound_machine
+from opensuction.evidence.campaign.played_cycle import JUDGED
+from opensuction.evidence.campaign.sound_machine import SoundMachine
 from opensuction.kernel.phase import Phase
 from opensuction.oracle import exposure
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -63,7 +64,7 @@ def _cases(all_of_them: Iterable[tuple[str, ...]], swept: Container[tuple[str, .
 
 @cache
 def room() -> RowBuffer:
-    return judged_cycle.make_room()
+    return played_cycle.make_room(JUDGED)
 
 
 @cache
@@ -85,7 +86,7 @@ def edges_s(machine: SoundMachine) -> dict[Phase, float]:
 def way_mm(machine: SoundMachine, at_s: float) -> float:
     """Way in under vacuum with a valve that opens wholly at an instant."""
     fault = Injection(Fault.VALVE_STUCK_OPEN, FaultInstant(None, at_s), 1.0)
-    truth = judged_cycle.play_faulty(machine, (fault,), SEED, room()).run.columns
+    truth = played_cycle.play_faulty(machine, (fault,), SEED, room()).run.columns
     inside = exposure.find_inside(machine.prepared.rig.machine, truth["truth.tip_mm"])
     sucking = inside & (truth["truth.tip_vacuum_mmhg"] > TIP_MMHG)
     return exposure.advance_mm(truth["truth.tip_mm"], sucking)

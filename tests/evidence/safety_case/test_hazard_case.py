@@ -2,7 +2,10 @@
 
 import pytest
 
+from opensuction.evidence.campaign import sound_machine
+from opensuction.evidence.campaign.sound_machine import Kind
 from opensuction.evidence.safety_case import hazard, hazard_case
+from opensuction.evidence.safety_case.hazard_case import COMPENSATION
 from opensuction.evidence.safety_case.hazard_claim import Response
 from opensuction.kernel.phase import Phase
 from opensuction.simulation.injection import injection, run_judgement
@@ -38,7 +41,7 @@ def test_a_dead_current_sensor_breaks_no_bound() -> None:
 @pytest.mark.parametrize("patient", ["adult-icu", "neonate"])
 def test_a_tip_that_a_wider_gap_holds_back_leaves_the_carina_before_suction(patient: str) -> None:
     """The switch opens where the back-off was to end: it goes on until the tip is off."""
-    ready = hazard_case.prepare("contact", patient, 1, ())
+    ready = sound_machine.prepare(Kind(patient, "contact"), 1, COMPENSATION)
     wider = Injection(Fault.CONDUIT_REROUTED, FaultInstant(Phase.INSERTING, 0.1), 1.6)
     ran = injection.run(ready.loop, ready.start, (wider,), seed=1)
     cap_mm = ready.loop.controller.limits.cap_mm

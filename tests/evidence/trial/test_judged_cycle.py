@@ -3,18 +3,23 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence import healthy_cycle
-from opensuction.evidence.trial import draw, judged_cycle, post_cycle_observation, sound_machine
+from opensuction.evidence.campaign import (
+    fault_placement,
+    played_cycle,
+    post_cycle_observation,
+    sound_machine,
+)
+from opensuction.evidence.campaign.played_cycle import Played
+from opensuction.evidence.campaign.sound_machine import SoundMachine
+from opensuction.evidence.trial import draw, judged_cycle, part
 from opensuction.evidence.trial.draw import DrawnFault
-from opensuction.evidence.trial.judged_cycle import JUDGED, Case, Played
-from opensuction.evidence.trial.sound_machine import SoundMachine
+from opensuction.evidence.trial.judged_cycle import JUDGED, Case
 from opensuction.kernel.errors import InputError
 from opensuction.oracle import exposure
 from opensuction.result.trial_result import Trial
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
-from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.simulation.injection.run_judgement import NOT_FOLLOWED
 from opensuction.twin.fault.fault import Fault
@@ -27,14 +32,14 @@ SEED = 3
 
 @pytest.fixture(scope="module")
 def room() -> RowBuffer:
-    return judged_cycle.make_room()
+    return played_cycle.make_room(JUDGED)
 
 
 @pytest.fixture(scope="module")
 def machines(room: RowBuffer) -> list[SoundMachine]:
     """A machine for each patient and approach."""
     return [
-        sound_machine.find(TRIAL, number, lambda one: sound_machine.play(one, room))[0]
+        part.find_machine(TRIAL, number, lambda one: sound_machine.play(one, room))[0]
         for number in range(KINDS)
     ]
 
@@ -45,17 +50,19 @@ def drawn(*faults: Fault, share: float = 0.5) -> tuple[DrawnFault, ...]:
 
 def play(machine: SoundMachine, room: RowBuffer, *faults: DrawnFault) -> tuple[Played, Case]:
     injections = judged_cycle.place(faults, machine.healthy)
-    played = judged_cycle.play_faulty(machine, injections, SEED, room)
-    return played, judged_cycle.judge(1, machine.prepared, played)
+    played = played_cycle.play_faulty(machine, injections, SEED, room)
+    return played, judged_cycle.judge(1, played)
 
 
-def play_whole(machine: SoundMachine, faults: tuple[DrawnFault, ...]) -> InjectedRun:
+def play_whole(machine: SoundMachine, faults: tuple[DrawnFault, ...]) -> Played:
     """The same from the start, and watched for the longest time."""
     injections = judged_cycle.place(faults, machine.healthy)
     prepared = machine.prepared
-    going = FaultyRun(prepared.loop, prepared.start, injections, judged_cycle.make_room(), SEED)
+    room = played_cycle.make_room(JUDGED)
+    going = FaultyRun(prepared.loop, prepared.start, injections, room, SEED)
     injection.follow(going, post_cycle_observation.WATCHED_S, 0)
-    return injection.take(going, injections)
+    run = injection.take(going, injections)
+    return Played(prepared, run, post_cycle_observation.WATCHED_S, NOT_FOLLOWED)
 
 
 @pytest.mark.parametrize("number", [0, 7])
@@ -82,15 +89,14 @@ def test_a_cycle_from_a_mark_is_the_cycle_from_the_start(
     )
     played, case = play(machine, room, *named)
     whole = play_whole(machine, named)
+    wholly = whole.run
     ticks = played.run.columns["phase"].size
     assert ticks > 10_000
     for name in JUDGED:
-        for found, wanted in ((played.run.columns, whole.columns), (played.run.sent, whole.sent)):
+        for found, wanted in ((played.run.columns, wholly.columns), (played.run.sent, wholly.sent)):
             assert np.array_equal(found[name], wanted[name][:ticks], equal_nan=True), name
-    assert [one.at_s for one in played.run.faults] == [one.at_s for one in whole.faults]
-    full = judged_cycle.judge(
-        1, machine.prepared, Played(whole, post_cycle_observation.WATCHED_S, NOT_FOLLOWED)
-    )
+    assert [one.at_s for one in played.run.faults] == [one.at_s for one in wholly.faults]
+    full = judged_cycle.judge(1, whole)
     for name in ("faults", "commands", "breaches", "left_inside", "false_alarms"):
         assert getattr(case, name) == getattr(full, name)
     # The patient who is followed alone is as well as the one at the machine.
@@ -104,10 +110,9 @@ def test_a_cycle_from_a_mark_is_the_cycle_from_the_start(
 
 def test_a_fault_comes_in_the_time_inside_or_a_second_before(machines: list[SoundMachine]) -> None:
     """By the truth of a cycle without it, on every patient and by both approaches."""
-    names = judged_cycle.JUDGED
     for machine in machines:
         rows = machine.rows
-        tip_mm, phase = rows[names.index("truth.tip_mm")], rows[names.index("phase")]
+        tip_mm, phase = rows[JUDGED.index("truth.tip_mm")], rows[JUDGED.index("phase")]
         inside = exposure.find_inside(machine.prepared.rig.machine, tip_mm)
         ticks = np.flatnonzero(inside)
         for share in (0.0, 0.3, 0.5, 1.0):
@@ -115,7 +120,7 @@ def test_a_fault_comes_in_the_time_inside_or_a_second_before(machines: list[Soun
             tick = round(one.at.after_s / DT_S)
             assert ticks[0] - 1000 <= tick <= ticks[-1]
             assert inside[tick] or share == 0.0
-            at = healthy_cycle.find_instant(machine.healthy, "airway", share)
+            at = fault_placement.find_instant(machine.healthy, "airway", share)
             assert phase[tick] == at.phase
 
 
@@ -146,9 +151,7 @@ def test_a_catheter_that_stays_is_told_and_inside_for_the_whole_watch(
     faults = drawn(Fault.GEAR_LOST)
     _, case = play(machines[2], room, *faults)
     whole = play_whole(machines[2], faults)
-    full = judged_cycle.judge(
-        1, machines[2].prepared, Played(whole, post_cycle_observation.WATCHED_S, NOT_FOLLOWED)
-    )
+    full = judged_cycle.judge(1, whole)
     assert case.watched_s < post_cycle_observation.WATCHED_S
     assert case.left_inside is not None
     assert case.left_inside.unavoidable
@@ -178,9 +181,7 @@ def test_a_sound_cycle_is_quiet_and_gives_its_endpoints(
     machines: list[SoundMachine], room: RowBuffer
 ) -> None:
     for machine in machines:
-        case = judged_cycle.judge(
-            1, machine.prepared, judged_cycle.play_sound(machine.prepared, room)
-        )
+        case = judged_cycle.judge(1, played_cycle.play_sound(machine.prepared, room))
         assert case.completed
         assert not case.is_broken
         assert (case.faults, case.counted, case.left_inside) == ((), 0, None)
@@ -202,7 +203,7 @@ def test_a_machine_that_never_comes_inside_is_refused(machines: list[SoundMachin
     limits = controller.limits._replace(line=line, vacuum_mmhg=1.0)
     loop = prepared.loop._replace(controller=controller._replace(limits=limits))
     with pytest.raises(InputError, match="before the tip is inside"):
-        sound_machine.play(prepared._replace(loop=loop), judged_cycle.make_room())
+        sound_machine.play(prepared._replace(loop=loop), played_cycle.make_room(JUDGED))
 
 
 def test_a_drawn_machine_that_cannot_do_its_protocol_makes_room_for_another() -> None:
@@ -213,7 +214,7 @@ def test_a_drawn_machine_that_cannot_do_its_protocol_makes_room_for_another() ->
         return prepared
 
     asked: list[object] = []
-    found, refused = sound_machine.find(TRIAL, 5, refuse_first)
+    found, refused = part.find_machine(TRIAL, 5, refuse_first)
     assert found is asked[2]
     assert len(refused) == 2
     seed = draw.machine_seed(TRIAL, 5, 0)

@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from opensuction.evidence import worker_pool
+from opensuction.evidence.campaign import post_cycle_observation
 from opensuction.evidence.trial import (
+    judged_cycle,
     part,
-    post_cycle_observation,
     trial,
     trial_log,
     trial_page,
@@ -79,12 +80,13 @@ def test_a_cycle_can_be_played_again_alone() -> None:
     """By its number, with all that it came to."""
     chosen = Trial(faults="double", seed=900, cohort="neonate")
     (case,) = play(chosen, 5, 5)
-    again = part.play_again(chosen, 5)
+    played = part.play_again(chosen, 5)
+    again = judged_cycle.judge(5, played)
     for name in ("number", "faults", "completed", "commands", "breaches", "left_inside"):
-        assert getattr(again.case, name) == getattr(case, name)
-    assert again.case.endpoints == pytest.approx(case.endpoints, rel=1e-3)
-    assert again.case.watched_s == post_cycle_observation.WATCHED_S
-    assert again.run.columns["truth.laser_mm"].size == again.run.columns["phase"].size
+        assert getattr(again, name) == getattr(case, name)
+    assert again.endpoints == pytest.approx(case.endpoints, rel=1e-3)
+    assert again.watched_s == post_cycle_observation.WATCHED_S
+    assert played.run.columns["truth.laser_mm"].size == played.run.columns["phase"].size
 
 
 def test_more_cycles_begin_with_the_same_ones() -> None:

@@ -85,7 +85,7 @@ def _play(options: TrialOptions, number: int) -> int:
 
 
 def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> CommandResult:
-    from opensuction.evidence.trial import part, trial_summary
+    from opensuction.evidence.trial import judged_cycle, part, trial_summary
     from opensuction.report import terminal
     from opensuction.report.cycle import page
     from opensuction.result.plain import to_json
@@ -99,7 +99,7 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
     html = page.render(result, found.run.columns, machine_summary.sections(found.prepared))
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
-    summary = trial_summary.summarise_case(trial, found.case)
+    summary = trial_summary.summarise_case(trial, judged_cycle.judge(number, found))
     data = to_json(PlayedCycle(result, summary))
     files = {"report.html": html, "cycle.json": to_text(data)}
 

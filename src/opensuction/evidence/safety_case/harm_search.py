@@ -13,10 +13,10 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
+from opensuction.evidence.campaign.sound_machine import Kind
 from opensuction.evidence.safety_case import searched_run
 from opensuction.evidence.safety_case.hazard_claim import PHASES, SET_UP, Hazard
 from opensuction.evidence.safety_case.searched_run import Bed, Place, SearchedRun
-from opensuction.evidence.trial.cohort import Kind
 from opensuction.kernel import random_stream
 from opensuction.twin.fault.fault_table import ROWS
 

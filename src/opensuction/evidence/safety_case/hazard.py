@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from opensuction.evidence.healthy_cycle import AIRWAY
+from opensuction.evidence.campaign.healthy_cycle import AIRWAY
 from opensuction.evidence.safety_case.hazard_claim import (
     ALL,
     CONTACT,

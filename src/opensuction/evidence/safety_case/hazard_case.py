@@ -3,8 +3,9 @@
 import math
 from functools import lru_cache
 
-from opensuction.evidence import healthy_cycle
-from opensuction.evidence.healthy_cycle import HealthyCycle
+from opensuction.evidence.campaign import fault_placement, played_cycle, sound_machine
+from opensuction.evidence.campaign.healthy_cycle import HealthyCycle
+from opensuction.evidence.campaign.sound_machine import Kind, SoundMachine
 from opensuction.evidence.safety_case import hazard_claim, hazard_result
 from opensuction.evidence.safety_case.hazard_claim import (
     PATIENTS,
@@ -16,20 +17,11 @@ from opensuction.evidence.safety_case.hazard_claim import (
 from opensuction.evidence.safety_case.hazard_result import COLUMNS, HazardCase, HazardResult
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.cycle import cycle_run, resolution
-from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
-from opensuction.simulation.injection.injection import Injected
-from opensuction.simulation.injection.row_buffer import RowBuffer
-from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"
 """The command's own."""
-WATCHED_S = 60.0
-"""How long the machine and the patient are watched once it rests: no bound is longer."""
 STRATA = 5
 """Parts of a span; as many seeds see each of them, on every patient and by every approach."""
 KINDS = tuple((patient, approach) for patient in PATIENTS for approach in PHASES)
@@ -100,27 +92,10 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[HazardCase]:
     return found
 
 
-def write(fault: Fault, strength: float) -> str:
-    """The fault of a set-up as a person writes it."""
-    return fault.title if ROWS[fault].strength is None else f"{fault.title}={strength!r}"
-
-
 @lru_cache(maxsize=4)
-def prepare(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -> Prepared:
-    """A cycle ready to run; raises InputError where it is refused."""
-    rig = RigChoice(patient=patient, seed=seed)
-    choice = CycleChoice(rig, approach=approach, compensation=COMPENSATION, faults=set_up)
-    return cycle_run.prepare(resolution.resolve(choice))
-
-
-@lru_cache(maxsize=4)
-def _healthy(approach: str, patient: str, seed: int) -> HealthyCycle:
-    return healthy_cycle.play(prepare(approach, patient, seed, ()))
-
-
-@lru_cache(maxsize=1)
-def _room() -> RowBuffer:
-    return injection.make_room(WATCHED_S, names=COLUMNS)
+def _sound(kind: Kind, seed: int) -> SoundMachine:
+    prepared = sound_machine.prepare(kind, seed, COMPENSATION)
+    return sound_machine.play(prepared, played_cycle.share_room(COLUMNS))
 
 
 def _place(case: HazardCase, healthy: HealthyCycle) -> HazardCase:
@@ -128,24 +103,24 @@ def _place(case: HazardCase, healthy: HealthyCycle) -> HazardCase:
     if case.span == SET_UP:
         return case
     if math.isnan(case.at.after_s):
-        return case._replace(at=healthy_cycle.find_instant(healthy, case.span, case.share))
+        return case._replace(at=fault_placement.find_instant(healthy, case.span, case.share))
     return case._replace(at=FaultInstant(Phase[case.span.upper()], case.at.after_s))
 
 
 def run(case: HazardCase) -> HazardResult:
     """Run a case and hold it against its claim."""
-    claim = case.claim
-    planned = (write(claim.fault, case.strength),) if ROWS[claim.fault].is_planned else ()
-    try:
-        prepared = prepare(case.approach, case.patient, case.seed, planned)
-    except InputError as refusal:
-        return hazard_result.refused(case, str(refusal))
-    healthy = _healthy(case.approach, case.patient, case.seed)
-    case = _place(case, healthy)
-    one = Injection(claim.fault, case.at, case.strength)
-    later = () if planned else (one,)
-    done = injection.run(
-        prepared.loop, prepared.start, later, after_s=WATCHED_S, seed=case.seed, room=_room()
-    )
-    found = done.faults[0] if later else Injected(one, 0.0, None)
-    return hazard_result.judge(case, prepared, done.columns, found, healthy)
+    kind, room = Kind(case.patient, case.approach), played_cycle.share_room(COLUMNS)
+    one = Injection(case.claim.fault, case.at, case.strength)
+    if ROWS[one.fault].is_planned:
+        try:
+            prepared = sound_machine.prepare(kind, case.seed, COMPENSATION, planned=one)
+        except InputError as refusal:
+            return hazard_result.refused(case, str(refusal))
+        sound = _sound(kind, case.seed)
+        played = played_cycle.play_planned(prepared, one, room, whole=True)
+    else:
+        sound = _sound(kind, case.seed)
+        case = _place(case, sound.healthy)
+        one = one._replace(at=case.at)
+        played = played_cycle.play_faulty(sound, (one,), case.seed, room, whole=True)
+    return hazard_result.judge(case, played, sound.healthy)

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Ge, Le
 
-from opensuction.evidence.healthy_cycle import AIRWAY, Shows
+from opensuction.evidence.campaign.healthy_cycle import AIRWAY, Shows
 from opensuction.evidence.safety_case.risk import HarmSeverity, RiskEstimate
 from opensuction.kernel.phase import CYCLE
 from opensuction.safety.condition import Condition

@@ -2,7 +2,7 @@
 
 import math
 
-from opensuction.evidence.healthy_cycle import AIRWAY
+from opensuction.evidence.campaign.healthy_cycle import AIRWAY
 from opensuction.evidence.safety_case.hazard_claim import SAFE_STATES, SET_UP, Response
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, run_record

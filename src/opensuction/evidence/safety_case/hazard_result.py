@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.healthy_cycle import HealthyCycle, find_wait_s
+from opensuction.evidence.campaign import played_cycle
+from opensuction.evidence.campaign.healthy_cycle import HealthyCycle, find_wait_s
+from opensuction.evidence.campaign.played_cycle import Played
 from opensuction.evidence.safety_case.hazard_claim import (
     NEEDS_NO_ALARM,
     REFUSES,
@@ -30,7 +32,6 @@ from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import run_judgement, safe_state
 from opensuction.simulation.injection.fault_instant import FaultInstant
 from opensuction.simulation.injection.first_sign import SIGNS
-from opensuction.simulation.injection.injection import Injected
 from opensuction.simulation.injection.run_judgement import Judgement, LeftInside
 from opensuction.simulation.injection.safe_state import SafeBounds
 from opensuction.simulation.trace import Columns
@@ -59,7 +60,7 @@ STRIP = {
 }
 """Series of a strip chart by name: column of the trace, and its factor."""
 COLUMNS = tuple(
-    dict.fromkeys((*SIGNS, *run_judgement.COLUMNS, *(column for column, _ in STRIP.values())))
+    dict.fromkeys((*SIGNS, *played_cycle.PLAYED, *(column for column, _ in STRIP.values())))
 )
 """Columns that are looked at."""
 
@@ -192,12 +193,11 @@ def _bounds_ms(
 
 def judge(
     case: HazardCase,
-    prepared: Prepared,
-    columns: Columns,
-    found: Injected,
+    played: Played,
     healthy: HealthyCycle,
 ) -> HazardResult:
-    """Hold the trace of a run against the claim of its hazard."""
+    """Hold the trace of a run with one fault against the claim of its hazard."""
+    prepared, columns, (found,) = played.prepared, played.run.columns, played.run.faults
     claim, limits = case.claim, prepared.loop.controller.limits
     never = math.isnan(found.at_s)
     at_s = 0.0 if never else found.at_s

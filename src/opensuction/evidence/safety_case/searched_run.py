@@ -5,20 +5,16 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from opensuction.evidence.safety_case import hazard_case
+from opensuction.evidence.campaign import fault_placement, played_cycle, sound_machine
+from opensuction.evidence.campaign.played_cycle import JUDGED, Played
+from opensuction.evidence.campaign.sound_machine import Kind, SoundMachine
 from opensuction.evidence.safety_case.hazard_case import COMPENSATION
 from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard
-from opensuction.evidence.trial import draw, judged_cycle, sound_machine
-from opensuction.evidence.trial.cohort import Kind
-from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.kernel.errors import InputError
 from opensuction.oracle import exposure, harm
 from opensuction.oracle.harm import LEFT_INSIDE, Harm
-from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation.injection import fault_allowance, invariant, run_judgement
+from opensuction.simulation.injection import fault_allowance
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
-from opensuction.simulation.injection.injection import Injected
-from opensuction.simulation.injection.row_buffer import RowBuffer
 from opensuction.twin.fault.fault_table import ROWS
 
 
@@ -81,27 +77,22 @@ class Sound(NamedTuple):
     """How near its own cycle comes to each."""
 
 
-@lru_cache(maxsize=1)
-def _room() -> RowBuffer:
-    return judged_cycle.make_room()
-
-
 @lru_cache(maxsize=64)
 def _sound(bed: Bed) -> Sound | None:
     """The cycle without a fault; None where the machine cannot do it."""
+    room = played_cycle.share_room(JUDGED)
     try:
-        machine = sound_machine.play(
-            sound_machine.prepare(bed.kind, bed.seed, COMPENSATION, spread=bed.spread), _room()
-        )
+        prepared = sound_machine.prepare(bed.kind, bed.seed, COMPENSATION, spread=bed.spread)
+        machine = sound_machine.play(prepared, room)
     except InputError:
         return None
-    played = judged_cycle.play_sound(machine.prepared, _room())
-    return Sound(machine, _measure(machine.prepared, played))
+    return Sound(machine, _measure(played_cycle.play_sound(prepared, room)))
 
 
-def _measure(prepared: Prepared, played: judged_cycle.Played) -> tuple[Harm, ...]:
-    machine, run = prepared.rig.machine, played.run
-    borne = played.alone.add_to(exposure.measure(machine, run.columns))
+def _measure(played: Played) -> tuple[Harm, ...]:
+    prepared = played.prepared
+    machine = prepared.rig.machine
+    borne = played.alone.add_to(exposure.measure(machine, played.run.columns))
     return harm.measure(machine, borne, prepared.loop.controller.limits.cap_mm)
 
 
@@ -111,9 +102,17 @@ def run(hazard: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedRun | None
     sound = _sound(bed)
     if sound is None:
         return None
-    one = Injection(claim.fault, AT_START, draw.find_strength(claim.fault, place.strength))
+    strength = fault_placement.find_strength(claim.fault, place.strength)
+    one = Injection(claim.fault, AT_START, strength)
+    room = played_cycle.share_room(JUDGED)
     if ROWS[one.fault].is_planned:
-        return _run_planned(bed, sound, one)
+        try:
+            prepared = sound_machine.prepare(
+                bed.kind, bed.seed, COMPENSATION, planned=one, spread=bed.spread
+            )
+        except InputError:
+            return None
+        return _judge(bed, sound, played_cycle.play_planned(prepared, one, room))
     if place.phase != SET_UP:
         spans = sound.machine.healthy.spans
         if place.phase not in spans:
@@ -124,44 +123,18 @@ def run(hazard: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedRun | None
         if at_s <= 0.0:
             return None
         one = one._replace(at=FaultInstant(None, at_s))
-    played = judged_cycle.play_faulty(sound.machine, (one,), bed.seed, _room())
-    return _judge(bed, sound, sound.machine.prepared, one, played)
+    return _judge(bed, sound, played_cycle.play_faulty(sound.machine, (one,), bed.seed, room))
 
 
-def _run_planned(bed: Bed, sound: Sound, one: Injection) -> SearchedRun | None:
-    """Play a cycle that is planned with its fault; None where it is refused."""
-    faults = (hazard_case.write(one.fault, one.strength),)
-    try:
-        prepared = sound_machine.prepare(
-            bed.kind, bed.seed, COMPENSATION, faults=faults, spread=bed.spread
-        )
-    except InputError:
-        return None
-    played = judged_cycle.play_sound(prepared, _room())
-    there = Injected(one, 0.0, None)
-    played = played._replace(run=played.run._replace(faults=(there,)))
-    return _judge(bed, sound, prepared, one, played)
-
-
-def _judge(
-    bed: Bed, sound: Sound, prepared: Prepared, one: Injection, played: judged_cycle.Played
-) -> SearchedRun:
+def _judge(bed: Bed, sound: Sound, played: Played) -> SearchedRun:
     """Hold a run against every invariant and bound, with the allowances of trials."""
-    settings, found = prepared.loop.controller, played.run
-    judged = run_judgement.judge(
-        prepared.rig.machine,
-        settings.limits.cap_mm,
-        found.columns,
-        found.faults,
-        alone=played.alone,
-    )
-    came = [each.injection for each in found.faults if not math.isnan(each.at_s)]
-    bounds = fault_allowance.raise_limits(_measure(prepared, played), came)
+    ((one, at_s, _),) = played.run.faults
+    judged = played.judge()
+    bounds = fault_allowance.raise_limits(_measure(played), () if math.isnan(at_s) else (one,))
     broken = {each.name for each in judged.breaches}
     excused = {each.name for each in judged.harm} - broken
-    commands = invariant.command_side(found.sent, settings)
     breaches = (
-        *(each.invariant for each in commands),
+        *(each.invariant for each in played.list_command_breaches()),
         *(each.name for each in judged.breaches),
     )
     shares = {

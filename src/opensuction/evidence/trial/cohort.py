@@ -1,7 +1,6 @@
 """Cohorts of a trial: sets of patients by name."""
 
-from typing import NamedTuple
-
+from opensuction.evidence.campaign.sound_machine import Kind
 from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -12,13 +11,6 @@ COHORTS: dict[str, tuple[str, ...]] = {
     **{name: (name,) for name in PATIENT_TABLES},
 }
 """Presets of patients by the name of their set: all of them, or one."""
-
-
-class Kind(NamedTuple):
-    """A patient's preset, and how the stopping point is found."""
-
-    patient: str
-    approach: str
 
 
 def list_kinds(cohort: str) -> tuple[Kind, ...]:

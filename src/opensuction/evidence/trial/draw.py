@@ -4,11 +4,11 @@ All of it follows from the trial and the cycle's number, so that any cycle can b
 and any part of a trial on its own, and a longer trial begins with the cycles of a shorter one.
 """
 
-import math
 from typing import NamedTuple, get_args
 
+from opensuction.evidence.campaign.fault_placement import find_strength
+from opensuction.evidence.campaign.sound_machine import Kind
 from opensuction.evidence.trial import cohort
-from opensuction.evidence.trial.cohort import Kind
 from opensuction.kernel import random_stream
 from opensuction.result.trial_result import FaultCount, Trial
 from opensuction.twin.fault.fault import Fault
@@ -94,17 +94,6 @@ def _draw_uniforms(trial: Trial, number: int) -> list[float]:
         first, second, source = random_stream.uniform_pair(source)
         drawn += [first, second]
     return drawn
-
-
-def find_strength(fault: Fault, share: float) -> float:
-    """Anywhere in the fault's range; by ratio where it spans more than a factor of ten."""
-    strength = ROWS[fault].strength
-    if strength is None:
-        return 0.0
-    if strength.least > 0.0 and strength.most > 10.0 * strength.least:
-        ratio = math.log(strength.most / strength.least)
-        return min(strength.least * math.exp(share * ratio), strength.most)
-    return min(strength.least + share * (strength.most - strength.least), strength.most)
 
 
 def draw_faults(trial: Trial, number: int) -> tuple[DrawnFault, ...]:

@@ -1,4 +1,4 @@
-"""One cycle of a trial: played, and judged by the truth alone.
+"""One cycle of a trial: its faults placed, and its run judged by the truth alone.
 
 A fault comes while it matters: the tip is in the airway, or will be within a second. One that comes
 second, when the first has already had the catheter drawn out, can do no more: it is not counted.
@@ -8,11 +8,11 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from opensuction.evidence import healthy_cycle
-from opensuction.evidence.healthy_cycle import AIRWAY, HealthyCycle
-from opensuction.evidence.trial import alarm_classification, post_cycle_observation, sound_machine
+from opensuction.evidence.campaign import fault_placement, played_cycle
+from opensuction.evidence.campaign.healthy_cycle import AIRWAY, HealthyCycle
+from opensuction.evidence.campaign.played_cycle import Played
+from opensuction.evidence.trial import alarm_classification
 from opensuction.evidence.trial.draw import DrawnFault
-from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.kernel.phase import Phase
 from opensuction.oracle import exposure
 from opensuction.oracle.exposure import PatientExposure
@@ -21,34 +21,16 @@ from opensuction.result.trial_result import Endpoints
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.injection import injection, invariant, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.faulty_run import FaultyRun, is_linked
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.invariant import Breach
-from opensuction.simulation.injection.row_buffer import RowBuffer
-from opensuction.simulation.injection.run_judgement import LeftInside, PatientAlone
+from opensuction.simulation.injection.run_judgement import LeftInside
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 
 REMOVED = "truth.secretion_removed_ml"
-JUDGED = tuple(
-    dict.fromkeys(
-        (
-            *invariant.JUDGED,
-            *run_judgement.COLUMNS,
-            *healthy_cycle.COLUMNS,
-            *alarm_classification.COLUMNS,
-            REMOVED,
-        )
-    )
-)
+JUDGED = tuple(dict.fromkeys((*played_cycle.JUDGED, *alarm_classification.COLUMNS, REMOVED)))
 """Columns that are looked at."""
-LOOKS_BACK_S = (link.RING_TICKS + 1) * DT_S
-"""For so long a link remembers what passed: it is played that long before it fails."""
-LOOKS_BACK_FURTHER = (Fault.MONITOR_LATE,)
-"""Faults of a link that hand on what is older: played from the start."""
 ON_THE_WAY = (Phase.CHECKING, Phase.PRELOADING, Phase.INSERTING)
 """Phases after which the tip is about to be inside."""
 
@@ -101,11 +83,6 @@ class Case(NamedTuple):
         return bool(self.commands or self.breaches or said)
 
 
-def make_room(names: Sequence[str] = JUDGED) -> RowBuffer:
-    """Room for the longest cycle of a trial."""
-    return injection.make_room(post_cycle_observation.WATCHED_S, names=names)
-
-
 def place(drawn: Sequence[DrawnFault], healthy: HealthyCycle) -> tuple[Injection, ...]:
     """The faults of a cycle at their instants, which come whatever the first of them has done.
 
@@ -114,73 +91,11 @@ def place(drawn: Sequence[DrawnFault], healthy: HealthyCycle) -> tuple[Injection
     return tuple(
         Injection(
             one.fault,
-            FaultInstant(None, healthy_cycle.find_time_s(healthy, AIRWAY, one.share)),
+            FaultInstant(None, fault_placement.find_time_s(healthy, AIRWAY, one.share)),
             one.strength,
         )
         for one in drawn
     )
-
-
-def _find_begin_s(injections: Sequence[Injection]) -> float:
-    """From when on a cycle with faults must be played."""
-    first_s = min(one.at.after_s for one in injections)
-    if any(one.fault in LOOKS_BACK_FURTHER for one in injections):
-        return 0.0
-    return max(first_s - LOOKS_BACK_S, 0.0) if is_linked(injections) else first_s
-
-
-class Played(NamedTuple):
-    """A run, and what came after it."""
-
-    run: InjectedRun
-    watched_s: float
-    """How long machine and patient were watched once the machine was at rest."""
-    alone: PatientAlone
-    """What the patient went through in the rest of the longest watch."""
-
-    @property
-    def rested(self) -> int:
-        """Tick in which the machine had come to rest."""
-        return len(self.run.columns["phase"]) - 1 - round(self.watched_s / DT_S)
-
-
-def _finish(
-    prepared: Prepared, going: FaultyRun, injections: Sequence[Injection], whole: bool
-) -> Played:
-    """Play a run to its end. whole: machine and patient together for the longest time."""
-    machine = prepared.rig.machine
-    watched_s = post_cycle_observation.watch(going, machine, injections, whole)
-    alone = post_cycle_observation.follow_alone(
-        going, machine, post_cycle_observation.WATCHED_S - watched_s
-    )
-    return Played(injection.take(going, injections), watched_s, alone)
-
-
-def play_sound(prepared: Prepared, room: RowBuffer, whole: bool = False) -> Played:
-    """Play a cycle in which nothing is wrong. whole: as `_finish`."""
-    going = FaultyRun(prepared.loop, prepared.start, (), room, seed=0)
-    return _finish(prepared, going, (), whole)
-
-
-def play_faulty(
-    machine: SoundMachine,
-    injections: Sequence[Injection],
-    seed: int,
-    room: RowBuffer,
-    whole: bool = False,
-) -> Played:
-    """Play a cycle with faults from the last mark before them.
-
-    seed: their chance. whole: as `_finish`.
-    """
-    injection.check(injections)
-    prepared = machine.prepared
-    going = FaultyRun(prepared.loop, prepared.start, injections, room, seed)
-    mark = sound_machine.find_mark(machine, round(_find_begin_s(injections) / DT_S))
-    if mark.tick > prepared.start.tick:
-        room.fill(machine.rows, mark.tick - prepared.start.tick)
-        going.begin_at(mark)
-    return _finish(prepared, going, injections, whole)
 
 
 def _counts(prepared: Prepared, columns: Columns, at_s: float) -> bool:
@@ -206,10 +121,10 @@ def _list_came(prepared: Prepared, run: InjectedRun) -> tuple[Came, ...]:
     )
 
 
-def _measure(prepared: Prepared, played: Played, borne: PatientExposure) -> Endpoints:
+def _measure(played: Played, borne: PatientExposure) -> Endpoints:
     removed = played.run.columns[REMOVED]
     removed_ml = float(removed[played.rested] - removed[0])
-    there_ml = cycle_run.secretion_ml(prepared, played.rested * DT_S)
+    there_ml = cycle_run.secretion_ml(played.prepared, played.rested * DT_S)
     return Endpoints(
         removed_ml=removed_ml,
         removed_percent=100.0 * removed_ml / there_ml if there_ml > 0.0 else None,
@@ -226,22 +141,15 @@ def _is_completed(played: Played) -> bool:
     return bool(phase[played.rested] == Phase.PARKED and (phase == Phase.CLOSING).any())
 
 
-def judge(number: int, prepared: Prepared, played: Played) -> Case:
+def judge(number: int, played: Played) -> Case:
     """Hold a run against every invariant and bound."""
-    run, settings = played.run, prepared.loop.controller
-    columns = run.columns
-    found = run_judgement.judge(
-        prepared.rig.machine,
-        settings.limits.cap_mm,
-        columns,
-        run.faults,
-        alone=played.alone,
-    )
-    came = _list_came(prepared, run)
+    prepared, columns = played.prepared, played.run.columns
+    found = played.judge()
+    came = _list_came(prepared, played.run)
     from_s = min((one.at_s for one in came if not math.isnan(one.at_s)), default=math.inf)
     ticks = len(columns["time_s"]) if math.isinf(from_s) else max(round(from_s / DT_S), 1)
     sound = {name: columns[name][:ticks] for name in alarm_classification.COLUMNS}
-    spoken = alarm_classification.listen(sound, settings.limits.patient)
+    spoken = alarm_classification.listen(sound, prepared.loop.controller.limits.patient)
     choice = prepared.resolved.choice
     return Case(
         number=number,
@@ -253,9 +161,9 @@ def judge(number: int, prepared: Prepared, played: Played) -> Case:
         told=any(one.at_s >= from_s for one in found.told),
         false_alarms=spoken.false,
         true_alarms=spoken.true,
-        commands=tuple(invariant.command_side(run.sent, settings)),
+        commands=played.list_command_breaches(),
         breaches=found.breaches,
         left_inside=found.left_inside,
-        endpoints=_measure(prepared, played, found.borne),
+        endpoints=_measure(played, found.borne),
         watched_s=played.watched_s,
     )

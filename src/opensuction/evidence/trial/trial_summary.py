@@ -5,7 +5,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from opensuction.evidence.trial import post_cycle_observation, tally
+from opensuction.evidence.campaign import post_cycle_observation
+from opensuction.evidence.trial import tally
 from opensuction.evidence.trial.judged_cycle import Case
 from opensuction.evidence.trial.part import PlayedPart
 from opensuction.evidence.trial.trial_log import Heading

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence import healthy_cycle
-from opensuction.evidence.healthy_cycle import EDGE_S, HealthyCycle, Shows
+from opensuction.evidence.campaign import fault_placement, healthy_cycle
+from opensuction.evidence.campaign.fault_placement import EDGE_S
+from opensuction.evidence.campaign.healthy_cycle import HealthyCycle, Shows
 from opensuction.kernel.phase import Phase
 from opensuction.simulation.closed_loop import DT_S
 
@@ -41,7 +42,7 @@ CYCLE = HealthyCycle(
 def test_an_instant_lies_in_its_span_and_names_its_phase(
     span: str, share: float, phase: Phase, after_s: float
 ) -> None:
-    found = healthy_cycle.find_instant(CYCLE, span, share)
+    found = fault_placement.find_instant(CYCLE, span, share)
     assert found.phase == phase
     assert found.after_s == pytest.approx(after_s, abs=1e-9)
 

@@ -1,34 +1,37 @@
-"""The machines of a trial: each drawn, identified, taught and planned, and its cycle without fault.
+"""Machines of a campaign: drawn, identified, taught and planned; their cycles without fault.
 
 Until its first fault comes a cycle is that of the sound machine. So this is played once, with the
 loop's state kept at marks: a cycle with faults begins at the last mark before them.
 """
 
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.evidence import healthy_cycle
-from opensuction.evidence.healthy_cycle import AIRWAY, HealthyCycle
-from opensuction.evidence.trial import draw
-from opensuction.evidence.trial.cohort import Kind
+from opensuction.evidence.campaign import healthy_cycle
+from opensuction.evidence.campaign.healthy_cycle import AIRWAY, HealthyCycle
 from opensuction.kernel.errors import InputError
-from opensuction.result.trial_result import Trial
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, preoxygenation, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.injection import injection
+from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import LIMIT_S
 from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.twin.fault.fault_table import ROWS
 
 MARK_S = 0.5
 """Between two marks; to hand a state over costs as much as a few tenths of a second of play."""
 
-Able = TypeVar("Able")
+
+class Kind(NamedTuple):
+    """A patient's preset, and how the stopping point is found."""
+
+    patient: str
+    approach: str
 
 
 class SoundMachine(NamedTuple):
@@ -42,21 +45,28 @@ class SoundMachine(NamedTuple):
     """Every `MARK_S`, the first one before the start."""
 
 
+def _write(one: Injection) -> str:
+    """The fault of a set-up as a person writes it."""
+    title = one.fault.title
+    return title if ROWS[one.fault].strength is None else f"{title}={one.strength!r}"
+
+
 def prepare(
     kind: Kind,
     seed: int,
     compensation: str,
     oxygen: str | None = None,
-    faults: tuple[str, ...] = (),
+    planned: Injection | None = None,
     spread: float = 1.0,
 ) -> Prepared:
     """A machine and a patient of a kind, ready for a cycle.
 
-    oxygen: what a person answers; None: nobody is asked and nothing is given. faults: that are
-    there before the cycle is planned. spread: how many times as far as usual both are drawn.
-    Raises InputError where the machine cannot do its protocol.
+    oxygen: what a person answers; None: nobody is asked and nothing is given. planned: a fault
+    that is there before the cycle is planned. spread: how many times as far as usual both are
+    drawn. Raises InputError where the machine cannot do its protocol.
     """
     rig = RigChoice(patient=kind.patient, seed=seed, spread=spread)
+    faults = () if planned is None else (_write(planned),)
     choice = CycleChoice(rig, approach=kind.approach, compensation=compensation, faults=faults)
     return oxygenate(cycle_run.prepare(resolution.resolve(choice)), oxygen)
 
@@ -67,29 +77,6 @@ def oxygenate(prepared: Prepared, oxygen: str | None) -> Prepared:
         return prepared
     loop, start = preoxygenation.give(prepared.loop, prepared.start, oxygen)
     return prepared._replace(loop=loop, start=start._replace(tick=0))
-
-
-def find(
-    trial: Trial, machine: int, make: Callable[[Prepared], Able]
-) -> tuple[Able, tuple[str, ...]]:
-    """The machine of a number, and why others that were drawn before it are of no use: a line each.
-
-    One that cannot do its protocol makes room for another: its way out is too slow for the time
-    that a small patient leaves. make: what is made of a machine once it is prepared; it may refuse
-    one, too. Raises InputError where several in a row are refused.
-    """
-    refused: list[str] = []
-    kind = draw.kind_of(trial, machine)
-    while True:
-        seed = draw.machine_seed(trial, machine, len(refused))
-        try:
-            found = make(prepare(kind, seed, trial.compensation, trial.preoxygenation))
-        except InputError as error:
-            if len(refused) + 1 == draw.TRIES:
-                raise
-            refused.append(f"{kind.patient}, {kind.approach}, seed {seed}: {error}")
-        else:
-            return found, tuple(refused)
 
 
 def play(prepared: Prepared, room: RowBuffer) -> SoundMachine:

@@ -10,12 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
 from opensuction.oracle import exposure
-from opensuction.session.cycle.cycle_run import LIMIT_S, Prepared
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.injection.fault_instant import FaultInstant
 from opensuction.simulation.injection.safe_state import Holds
 from opensuction.simulation.trace import Columns
 from opensuction.twin.machine.machine import Machine
@@ -24,8 +21,6 @@ AIRWAY = "airway"
 """The time for which the tip is in the airway, and `BEFORE_S` more."""
 BEFORE_S = 1.0
 """A fault this long before the tip comes in still meets it."""
-EDGE_S = 0.002
-"""How far from an edge of a span an instant at this edge lies: within it, and not on it."""
 MOVING_MM_PER_S = 0.5
 """[assumed] A slower head shows nothing that a sensor could tell from rest."""
 SMOOTHED_S = 0.02
@@ -67,12 +62,6 @@ class HealthyCycle(NamedTuple):
     """In which ticks the valve stands open, for suction."""
 
 
-def play(prepared: Prepared) -> HealthyCycle:
-    """Play a cycle and keep what is needed of it."""
-    _, columns = trace.record(prepared.loop, prepared.start, START, LIMIT_S, COLUMNS)
-    return of(prepared.rig.machine, columns)
-
-
 def of(machine: Machine, columns: Columns) -> HealthyCycle:
     """What is needed of a cycle that was played; columns: at least `COLUMNS`."""
     spans = {
@@ -93,25 +82,6 @@ def of(machine: Machine, columns: Columns) -> HealthyCycle:
         moving=travel > MOVING_MM_PER_S * SMOOTHED_S,
         open=(columns["truth.valve_open_ratio"] >= OPEN_RATIO) & ~testing,
     )
-
-
-def find_time_s(cycle: HealthyCycle, span: str, share: float) -> float:
-    """The instant at a share of a span, 0 to 1, in whole ticks from the start."""
-    first_s, last_s = cycle.spans[span]
-    return round(first_s + EDGE_S + share * max(last_s - first_s - 2.0 * EDGE_S, 0.0), 3)
-
-
-def find_instant(cycle: HealthyCycle, span: str, share: float) -> FaultInstant:
-    """As `find_time_s`, written as the command line does: from the begin of its phase."""
-    at_s = find_time_s(cycle, span, share)
-    phases = {name: one for name, one in cycle.spans.items() if name != AIRWAY}
-    name = max(
-        (name for name, (begin_s, _) in phases.items() if begin_s <= at_s),
-        key=lambda name: phases[name][0],
-    )
-    if name == Phase.PARKED.name.lower():
-        return FaultInstant(None, at_s)
-    return FaultInstant(Phase[name.upper()], round(at_s - phases[name][0], 3))
 
 
 def find_wait_s(cycle: HealthyCycle, shows: Shows, at_s: float, needed_s: float) -> float:
