@@ -18,7 +18,8 @@ from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.machine import port
-from opensuction.machine.port import EVERYTHING, NOTHING, Description
+from opensuction.machine.port import EVERYTHING, NOTHING, Description, describe
+from opensuction.recording.cycle_file.heading import NOTICE
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.records import Records
 from opensuction.runtime import control_process, launch, machine_identity, recorder_process
@@ -27,6 +28,7 @@ from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import ASK, EVENTS, RING
 from tests.controller.bedside import at_bed
 from tests.machine import bare_machine
+from tests.machine.bare_machine import FACTS
 from tests.runtime.identity import ABOUT
 
 TICKS = 600
@@ -119,6 +121,27 @@ def test_the_recorder_keeps_it_and_names_no_twin(
     (began,) = [one for one in found if one.what == "controller-began"]
     assert f"the machine lacks: {EXPECTED}" in began.detail
     assert cycle.ended_at is not None
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({}, {"notice": NOTICE}),
+        (
+            {"machine": describe(FACTS._replace(in_silico=True, capabilities=EVERYTHING))},
+            {"notice": NOTICE},
+        ),
+        ({"machine": "{"}, {"disclaimer": NOT_A_DEVICE}),
+    ],
+    ids=["older", "twin", "not described"],
+)
+def test_a_recording_says_what_machine_it_was_made_on(
+    told: dict[str, str], said: dict[str, str]
+) -> None:
+    found = recorder_process._heading(told)
+    lacks = found.pop("lacks", "")
+    assert found == said
+    assert ("does not describe its machine" in lacks) == ("disclaimer" in said)
 
 
 @pytest.mark.parametrize(

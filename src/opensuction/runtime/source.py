@@ -10,7 +10,6 @@ from opensuction.ipc.read_checkpoint import Place
 from opensuction.ipc.ring import Read, RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.machine import port
 from opensuction.runtime.journal import ControllerRun
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM
 
@@ -44,7 +43,8 @@ class Source:
         told = self._rows.facts.told
         self.run = ControllerRun(told["run"], int(told["began_utc_ns"]))
         self.settings_hash, self.version = told["settings"], told["version"]
-        self.machine = port.read_description(told)
+        self.told = told
+        """What the ring says of itself; see `machine.port.read_description`."""
         self._first = np.frombuffer(bytes.fromhex(told[STARTED_FROM]))
         self.event = 0
         """Number of the last event that was read."""
