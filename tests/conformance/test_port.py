@@ -10,6 +10,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,8 @@ from opensuction.kernel.codegen import row
 from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import Readings
-from opensuction.machine.port import Port
+from opensuction.machine import backend
+from opensuction.machine.port import DESCRIPTION, Description, Port, describe, read_description
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import TwinMachine
 from opensuction.procedure.planning.protocol import PAPER
@@ -49,6 +51,7 @@ OBEYED = {"commands.insertion_v", "commands.valve_v", "commands.vacuum_mmhg"}
 class Machine(NamedTuple):
     """A machine that runs, and how a controller is put before it."""
 
+    folder: Path
     connect: Callable[[], Port]
     stop: Callable[[], None]
     """Its power goes."""
@@ -94,7 +97,7 @@ def machine(
         processes.append(twin_machine.launch(folder, side, plant, request.param))
 
     start()
-    yield Machine(lambda: TwinMachine(folder), stop, start)
+    yield Machine(folder, lambda: TwinMachine(folder), stop, start)
     stop()
 
 
@@ -160,7 +163,18 @@ def test_it_says_what_it_is(port: Port) -> None:
     assert set(facts.most) >= OBEYED
     assert set(facts.most) <= set(MESSAGE_COLUMNS)
     assert all(0.0 < most < np.inf for most in facts.most.values())
-    assert json.loads(json.dumps(facts._asdict())) == facts._asdict()  # it is kept as text
+    told = {DESCRIPTION: describe(facts)}  # it is kept as text
+    assert read_description(told) == Description(facts.in_silico, facts.capabilities)
+    assert json.loads(told[DESCRIPTION])["most"] == facts.most
+
+
+@one_kind
+def test_it_has_what_it_claims(machine: Machine, port: Port) -> None:
+    has, kind, folder = port.facts.capabilities, backend.load(machine.folder), machine.folder
+    assert kind.capabilities_of(folder) == has
+    assert (kind.hand_of(folder) is not None) == has.simulated_hand
+    assert (kind.truth_of(folder) is not None) == has.truth
+    assert has.taught_by_hand or not has.simulated_hand
 
 
 def test_its_readings_are_new_with_each_of_its_periods(port: Port) -> None:

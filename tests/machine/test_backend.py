@@ -1,37 +1,58 @@
 """Backends of machines: the name in a folder decides which module is loaded."""
 
-import sys
 from pathlib import Path
-from types import ModuleType
 
+import numpy as np
 import pytest
 
+from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.errors import InputError
 from opensuction.machine import backend
 from opensuction.machine.backend import BACKEND
+from opensuction.machine.port import EVERYTHING, NOTHING
+from opensuction.machine.twin.live_judge import LiveJudge
+from opensuction.machine.twin.twin_machine import TwinMachine
+from opensuction.machine.twin.twin_process import SHOWN
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.cli.command import opensuction
+from tests.machine import bare_machine
+from tests.machine.bare_machine import BareMachine
 
 
 @pytest.fixture
-def other(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """Another kind of machine."""
-    module = ModuleType("other_machine")
-    module.attach = lambda folder: f"attached to {folder.name}"  # type: ignore[attr-defined]
-    module.hand_of = lambda _: None  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "other_machine", module)
-    monkeypatch.setitem(backend.MODULES, "other", "other_machine")
-    return module
+def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of another kind of machine."""
+    bare_machine.prepare(tmp_path, monkeypatch)
+    return tmp_path
 
 
-@pytest.mark.usefixtures("other")
-def test_a_folder_is_attached_to_by_the_kind_that_it_names(tmp_path: Path) -> None:
-    backend.name_backend(tmp_path, "other")
-    assert backend.attach(tmp_path) == f"attached to {tmp_path.name}"  # type: ignore[comparison-overlap]
-    assert backend.load(tmp_path).hand_of(tmp_path) is None
+def begin_older(folder: Path) -> None:
+    """A twin as a version before `machine.kind` and capabilities has started it."""
+    with RingWriter(folder / SHOWN, SHOWN_COLUMNS, 10, {"version": "0.1", "most": "{}"}) as ring:
+        ring.write(np.zeros(len(SHOWN_COLUMNS)))
 
 
-def test_a_folder_that_names_none_is_no_machine(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=rf"no machine in .*: no {BACKEND} names its kind"):
-        backend.attach(tmp_path)
+def test_a_folder_is_attached_to_by_the_kind_that_it_names(bare: Path) -> None:
+    assert isinstance(backend.attach(bare), BareMachine)
+    assert backend.load(bare).hand_of(bare) is None
+    assert backend.load(bare).capabilities_of(bare) == NOTHING
+
+
+def test_a_twin_of_an_older_version_names_no_kind_and_is_attached_to(tmp_path: Path) -> None:
+    begin_older(tmp_path)
+    port = backend.attach(tmp_path)
+    port.close()
+    assert isinstance(port, TwinMachine)
+    assert port.facts.capabilities == EVERYTHING
+    assert backend.load(tmp_path).capabilities_of(tmp_path) == EVERYTHING
+    assert not (tmp_path / BACKEND).exists()
+
+
+def test_a_folder_with_nothing_in_it_is_refused_in_one_line(tmp_path: Path) -> None:
+    for opened in (backend.attach, backend.open_truth, backend.check_faults):
+        with pytest.raises(InputError, match=f"no ring at .*{SHOWN}") as refused:
+            opened(tmp_path)
+        assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("named", ["robot", "", "twin; rm", "opensuction.machine.twin"])
@@ -41,10 +62,36 @@ def test_an_unknown_kind_is_refused_with_those_that_are_known(named: str, tmp_pa
         backend.attach(tmp_path)
 
 
-def test_what_is_no_text_names_none(tmp_path: Path) -> None:
+def test_what_is_no_text_names_none_and_is_not_taken_for_a_twin(tmp_path: Path) -> None:
+    begin_older(tmp_path)
     (tmp_path / BACKEND).write_bytes(b"\xff\xfe")
-    with pytest.raises(InputError, match="names its kind"):
+    with pytest.raises(InputError, match="does not name the kind"):
         backend.load(tmp_path)
+    (tmp_path / BACKEND).unlink()
+    (tmp_path / BACKEND).mkdir()
+    with pytest.raises(InputError, match="does not name the kind"):
+        backend.load(tmp_path)
+
+
+def test_a_machine_that_knows_no_truth_is_not_judged(bare: Path) -> None:
+    with pytest.raises(InputError, match=r"\(bare\) tells no truth: only a twin is judged"):
+        backend.open_truth(bare)
+
+
+def test_no_fault_is_put_into_a_machine_that_takes_none(bare: Path) -> None:
+    for options in (["--fault", "line-leak=0.5"], ["--mend"], ["--latency-ms", "1"], []):
+        done = opensuction("inject", str(bare), *options, cwd=bare)
+        assert done.returncode == 2
+        assert done.stderr.startswith("opensuction: the machine in ")
+        assert "(bare) takes no faults on request" in " ".join(done.stderr.split())
+
+
+def test_a_truth_that_lacks_what_is_judged_is_refused_by_name(tmp_path: Path) -> None:
+    begin_older(tmp_path)
+    truth = backend.open_truth(tmp_path)
+    truth.columns = tuple(name for name in SHOWN_COLUMNS if name != "truth.piece_mm")
+    with pytest.raises(InputError, match=r"truth lacks truth\.piece_mm: it cannot be judged"):
+        LiveJudge(truth, 30.0)
 
 
 def test_every_kind_has_what_a_backend_has(tmp_path: Path) -> None:
@@ -52,4 +99,6 @@ def test_every_kind_has_what_a_backend_has(tmp_path: Path) -> None:
         backend.name_backend(tmp_path, name)
         found = backend.load(tmp_path)
         assert callable(found.attach)
+        assert callable(found.capabilities_of)
         assert callable(found.hand_of)
+        assert callable(found.truth_of)

@@ -22,10 +22,9 @@ import numpy as np
 
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.process_lock import holder
-from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.machine import backend
 from opensuction.machine.twin.live_judge import LiveJudge
-from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle
@@ -97,8 +96,8 @@ class Ward(Room):
 
     def __init__(self, folder: Path, out: Path) -> None:
         super().__init__(folder)
-        self.out, self.truths = out, RingReader(folder / SHOWN)
-        self.witness = LiveJudge(folder, self.cap_mm)
+        self.out, self.truths = out, backend.open_truth(folder)
+        self.witness = LiveJudge(backend.open_truth(folder), self.cap_mm)
         self.supervisor: subprocess.Popen[bytes] | None = None
         self.seen: list[np.ndarray] = []
         self.database = str(folder / "records.db")

@@ -16,7 +16,7 @@ from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
 from opensuction.machine.port import MachineFacts
 from opensuction.machine.twin.twin_machine import READINGS
-from opensuction.machine.twin.twin_process import TwinPlayer, most_obeyed, playing
+from opensuction.machine.twin.twin_process import TwinPlayer, capabilities, most_obeyed, playing
 from opensuction.runtime import control_process
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.twin.machine import drive_watchdog
@@ -30,7 +30,10 @@ class LockstepTwin:
 
     def __init__(self, twin: TwinPlayer) -> None:
         most = most_obeyed(twin.call)
-        self.facts = MachineFacts("lockstep twin", "", True, DT_S, drive_watchdog.SILENCE_S, most)
+        has = capabilities(twin.call)
+        self.facts = MachineFacts(
+            "lockstep twin", "", True, DT_S, drive_watchdog.SILENCE_S, most, has
+        )
         self._twin, self._number = twin, 0
         twin.step(np.zeros(len(MESSAGE_COLUMNS)), new=False)
 

@@ -18,14 +18,13 @@ from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.process_lock import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.machine import backend
 from opensuction.machine.twin import twin_machine
-from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.runtime import launch, machine_identity
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import ASK, CONTROLS, RECORDS, RING
 from opensuction.safety.condition import Condition
-from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from opensuction.twin.plant import PlantState
 from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
@@ -131,9 +130,10 @@ class Room:
         return int(self.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
 
     def truth(self, name: str) -> float:
-        newest = RingReader(self.folder / SHOWN).snapshot()
+        truth = backend.open_truth(self.folder)
+        newest = truth.newest()
         assert newest is not None
-        return float(newest[1][SHOWN_COLUMNS.index(name)])
+        return float(newest[truth.columns.index(name)])
 
     def ask(self, ask: str, key: str) -> None:
         self.person.ask(ask, key, "2026-11-23T12:00:00Z")

@@ -21,7 +21,7 @@ from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.machine.port import MachineFacts
+from opensuction.machine.port import EVERYTHING, MachineFacts
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.runtime.loop import ROW_COLUMNS, Around, ControlLoop
@@ -42,7 +42,9 @@ class SteppedMachine:
     def __init__(self, loop: Loop, state: LoopState) -> None:
         plant = PlantState(state.machine, state.bedside)
         self.call = MachineCall(machine_side.begin(twin_machine.side_of(loop, seed=1), plant))
-        self.facts = MachineFacts("stepped twin", "", True, DT_S, drive_watchdog.SILENCE_S, {})
+        self.facts = MachineFacts(
+            "stepped twin", "", True, DT_S, drive_watchdog.SILENCE_S, {}, EVERYTHING
+        )
         self._sent, self._new, self.number = np.zeros(len(MESSAGE_COLUMNS)), False, 0
         self.shown: list[Array] = []
         """What it gave in each tick, by `SHOWN_COLUMNS`."""

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.kernel.phase import RESTING, Phase
+from opensuction.machine import backend
 from opensuction.machine.twin import twin_faults
 from opensuction.machine.twin.live_judge import LiveJudge
 from opensuction.records.entry import Outcome
@@ -28,7 +29,7 @@ def room(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Room]:
 
 
 def test_cycles_with_faults_replay_and_the_oracle_finds_no_harm(room: Room, tmp_path: Path) -> None:
-    witness = LiveJudge(room.folder, room.cap_mm)
+    witness = LiveJudge(backend.open_truth(room.folder), room.cap_mm)
     for fault in FAULTS:
         twin_faults.heal(room.folder)
         assert wait(lambda: witness.look() > 0 and room.phase() in RESTING, 60.0)

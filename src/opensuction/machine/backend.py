@@ -11,7 +11,7 @@ from typing import Final, Protocol, cast
 
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
-from opensuction.machine.port import Port, SimulatedHand
+from opensuction.machine.port import Capabilities, Port, SimulatedHand, TruthPort
 
 BACKEND: Final = "machine.kind"
 """File of a machine's folder that names its backend."""
@@ -29,8 +29,20 @@ class Backend(Protocol):
         Raises InputError where there is none, or another controller has it.
         """
 
+    def capabilities_of(self, folder: Path) -> Capabilities:
+        """What the machine of a folder has, whether a controller has it or not.
+
+        The same as its port's facts say. Raises InputError where there is none.
+        """
+
     def hand_of(self, folder: Path) -> SimulatedHand | None:
         """The hand at the catheter head that software moves; None where a person's own does."""
+
+    def truth_of(self, folder: Path) -> TruthPort | None:
+        """Its truth, for a judge; None of a machine that cannot know it.
+
+        Raises InputError where nothing plays.
+        """
 
 
 def name_backend(folder: Path, name: str) -> None:
@@ -38,20 +50,50 @@ def name_backend(folder: Path, name: str) -> None:
     private_file.write(folder / BACKEND, name)
 
 
-def load(folder: Path) -> Backend:
-    """The backend of a folder's machine. Raises InputError where none or no known one is named."""
+def kind_of(folder: Path) -> str:
+    """Name of the backend of a folder's machine.
+
+    A folder that names none has a twin: older versions wrote no name, and had no other kind. Raises
+    InputError for a name that cannot be read, or is not known.
+    """
+    path = folder / BACKEND
     try:
-        name = (folder / BACKEND).read_text(encoding="ascii").strip()
-    except (OSError, UnicodeDecodeError):
-        raise InputError(f"no machine in {folder}: no {BACKEND} names its kind") from None
+        name = path.read_text(encoding="ascii").strip()
+    except FileNotFoundError:
+        return TWIN
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} does not name the kind of machine: {error}") from None
     if name not in MODULES:
         raise InputError(
-            f"{folder / BACKEND}: unknown kind of machine '{name[:40]}'; known: "
-            f"{', '.join(MODULES)}"
+            f"{path}: unknown kind of machine '{name[:40]}'; known: {', '.join(MODULES)}"
         )
-    return cast(Backend, import_module(MODULES[name]))
+    return name
+
+
+def load(folder: Path) -> Backend:
+    """The backend of a folder's machine. Raises InputError as `kind_of`."""
+    return cast(Backend, import_module(MODULES[kind_of(folder)]))
 
 
 def attach(folder: Path) -> Port:
     """Take hold of the machine of a folder, of whatever kind. Raises InputError as its backend."""
     return load(folder).attach(folder)
+
+
+def open_truth(folder: Path) -> TruthPort:
+    """The truth of a folder's machine. Raises InputError where nothing plays, or knows none."""
+    found = load(folder).truth_of(folder)
+    if found is None:
+        raise InputError(
+            f"the machine in {folder} ({kind_of(folder)}) tells no truth: only a twin is judged"
+        )
+    return found
+
+
+def check_faults(folder: Path) -> None:
+    """Refuse to put faults into a machine that takes none; raises InputError."""
+    if not load(folder).capabilities_of(folder).faults:
+        raise InputError(
+            f"the machine in {folder} ({kind_of(folder)}) takes no faults on request: only a twin "
+            "does"
+        )

@@ -6,10 +6,55 @@ machine's drives act on their own, and obey nothing until a controller says that
 (`DriveMessage.released`).
 """
 
+import json
+from collections.abc import Mapping
 from enum import StrEnum
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+
+if TYPE_CHECKING:
+    from opensuction.twin.machine.machine import Machine
+
+DESCRIPTION: Final = "machine"
+"""What a controller's ring tells of its machine: `describe`."""
+
+
+class Capabilities(NamedTuple):
+    """Capabilities of a machine, beyond what every machine has; none is taken for granted."""
+
+    monitor: bool
+    """Its readings carry what a patient monitor says."""
+    mouth_barrier: bool
+    """A light barrier at the tube's mouth says whether a catheter is in its beam."""
+    taught_by_hand: bool
+    """A hand at the catheter head moves it while its drive has let go."""
+    simulated_hand: bool
+    """Software moves that hand: `SimulatedHand`."""
+    truth: bool
+    """It tells what is so: `TruthPort`. Only a twin knows."""
+    faults: bool
+    """Faults are put into it on request. Only a twin takes any."""
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """What it does not have, in words."""
+        return tuple(WORDS[name] for name, has in self._asdict().items() if not has)
+
+
+WORDS: Final = {
+    "monitor": "patient monitor",
+    "mouth_barrier": "light barrier at the tube's mouth",
+    "taught_by_hand": "teaching by hand",
+    "simulated_hand": "simulated hand",
+    "truth": "truth for a judge",
+    "faults": "faults on request",
+}
+"""A capability in the words that people are told."""
+NOTHING: Final = Capabilities(*(False for _ in Capabilities._fields))
+EVERYTHING: Final = Capabilities(*(True for _ in Capabilities._fields))
+"""Of a twin before a patient; and of one that an older version started, which does not say."""
 
 
 class MachineFacts(NamedTuple):
@@ -26,6 +71,51 @@ class MachineFacts(NamedTuple):
     """Without new commands for longer than this its drives act on their own."""
     most: dict[str, float]
     """Highest magnitude of what it obeys, by the name of the command's column; more is cut."""
+    capabilities: Capabilities
+
+
+class Description(NamedTuple):
+    """A machine's self-description, as far as others than its controller go by it."""
+
+    in_silico: bool
+    capabilities: Capabilities
+
+
+UNDESCRIBED: Final = Description(in_silico=True, capabilities=EVERYTHING)
+"""Of a machine under a controller of an older version: there were only twins."""
+
+
+def describe(facts: MachineFacts) -> str:
+    """The facts as one line of JSON, for a ring's header."""
+    return json.dumps({**facts._asdict(), "capabilities": facts.capabilities._asdict()})
+
+
+def read_description(told: Mapping[str, str]) -> Description:
+    """The description of a machine in what its controller's ring tells.
+
+    A capability that is not named is none. Where an older version has named none, a twin has all
+    of them, and another machine has none. Raises InputError for what is no description.
+    """
+    if DESCRIPTION not in told:
+        return UNDESCRIBED
+    try:
+        facts = json.loads(told[DESCRIPTION])
+        in_silico = facts["in_silico"] is True
+        if "capabilities" not in facts:
+            return Description(in_silico, EVERYTHING if in_silico else NOTHING)
+        return Description(in_silico, read_capabilities(facts["capabilities"]))
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"the controller does not describe its machine: {error!r}") from None
+
+
+def read_capabilities(told: Mapping[str, object]) -> Capabilities:
+    """Capabilities from JSON; what is not named, or is not true, is none.
+
+    Raises TypeError for what is no object.
+    """
+    if not isinstance(told, Mapping):
+        raise TypeError(f"capabilities are no object: {told!r}")
+    return Capabilities(*(told.get(name) is True for name in Capabilities._fields))
 
 
 class Port(Protocol):
@@ -69,3 +159,35 @@ class SimulatedHand(Protocol):
 
     def feels_carina(self) -> bool | None:
         """Whether it feels the carina; None where the machine does not say."""
+
+
+class TruthRead(NamedTuple):
+    """Truth of some ticks."""
+
+    rows: Array
+    """Shape (ticks, columns), oldest first."""
+    missed: int
+    """Ticks before them that were overwritten before they were read."""
+
+
+class TruthPort(Protocol):
+    """The true state of a machine and its patient, tick by tick, beside what the bedside shows.
+
+    For a judge, and for no controller, console or recorder: a real machine has none. It reads
+    alone: the machine does not know of it, and is played to any number of judges.
+    """
+
+    columns: tuple[str, ...]
+    """Names of a row's numbers: `tick`, `truth.*`, `annunciator.*`, and whatever else it tells."""
+    period_s: float
+    """Length of a tick."""
+
+    @property
+    def built(self) -> "Machine":
+        """The machine as it was built, before any fault. Raises InputError where nothing tells."""
+
+    def read(self) -> TruthRead:
+        """What has come since the last call. Never waits."""
+
+    def newest(self) -> Array | None:
+        """The newest row; None before the first."""

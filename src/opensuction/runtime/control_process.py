@@ -8,6 +8,7 @@ sensors tell; if it is in, it comes out first, and the machine waits for a perso
 """
 
 import json
+import math
 import signal
 import sys
 import time
@@ -36,7 +37,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array
 from opensuction.machine import backend
-from opensuction.machine.port import Port
+from opensuction.machine.port import DESCRIPTION, WORDS, Capabilities, Port, describe
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S, Interlocks
 from opensuction.runtime.loop import (
     ROW_COLUMNS,
@@ -159,6 +160,21 @@ def begin(chosen: Configuration, port: Port, before: Before | None) -> State:
     return controller.restart(chosen.settings, head_mm, before.kept, before.off_s, before.phase)
 
 
+def say_lacking(machine: Capabilities, chosen: Configuration) -> str:
+    """What a machine does not have, and which of it the settings go by; empty for nothing.
+
+    The controller starts all the same: what does not come is alarmed, as where it was lost.
+    """
+    limits = chosen.settings.limits
+    expected = {
+        WORDS["monitor"]: limits.patient.monitored,
+        WORDS["mouth_barrier"]: math.isfinite(limits.mouth_mm),
+    }
+    return ", ".join(
+        f"{one} (the settings go by it)" if expected.get(one) else one for one in machine.lacking
+    )
+
+
 class Setting:
     """Other settings for a controller that runs: files that whoever asks for them has written."""
 
@@ -242,7 +258,7 @@ def serve(
             "version": __version__,
             "run": f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{uuid4().hex[:8]}",
             "settings": configuration.hash_of(chosen),
-            "machine": json.dumps(port.facts._asdict()),
+            DESCRIPTION: describe(port.facts),
             "period_ns": str(period_ns),
             # Of the monotonic clock's zero: the only time that anybody takes from the wall clock.
             "began_utc_ns": str(time.time_ns() - time.monotonic_ns()),
@@ -259,7 +275,11 @@ def serve(
             heartbeat, setting = Heartbeat(folder), Setting(folder, call, chosen)
             around = Around(port, mailbox, ring, events, heartbeat, setting.set)
             loop = ControlLoop(call, around, period_ns / NS_PER_S)
-            _run(loop, events, lambda: pace(period_ns), ending, before)
+            began = {
+                "recovered": "yes" if before is not None and before.died else "no",
+                "lacks": say_lacking(port.facts.capabilities, chosen),
+            }
+            _run(loop, events, lambda: pace(period_ns), ending, began)
         heartbeat.end(Process.CONTROL)
         port.close()
 
@@ -269,9 +289,9 @@ def _run(
     events: EventWriter,
     begin_pace: Callable[[], Pacing],
     ending: list[int],
-    before: Before | None,
+    began: dict[str, str],
 ) -> None:
-    """Tick until told to end, and what that takes."""
+    """Tick until told to end, and what that takes. began: what is told besides as it begins."""
     allowed = harden()
     events.write(
         "began",
@@ -279,7 +299,7 @@ def _run(
         scheduler=allowed.scheduler,
         memory_locked=str(allowed.memory_locked).lower(),
         refusals="; ".join(allowed.refusals),
-        recovered="yes" if before is not None and before.died else "no",
+        **began,
     )
     pace = begin_pace()
     while not (ending and loop.is_resting) and len(ending) < AT_ONCE:

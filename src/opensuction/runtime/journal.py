@@ -215,7 +215,8 @@ class Journal:
             yield Entry(str(fields["key"]), at, Action(SUPERVISOR, what, detail))
         elif kind in ("began", "ended"):
             ask = "controller-" + ("restarted" if fields.get("recovered") == "yes" else kind)
-            detail = "; ".join(
-                str(fields[name]) for name in ("scheduler", "refusals") if fields.get(name)
-            )
+            told = [str(fields[name]) for name in ("scheduler", "refusals") if fields.get(name)]
+            if fields.get("lacks"):
+                told.append(f"the machine lacks: {fields['lacks']}")
+            detail = "; ".join(told)
             yield Entry(key, at, Action(MACHINE, ask, detail))

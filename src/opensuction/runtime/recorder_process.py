@@ -11,6 +11,7 @@ import math
 import signal
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,7 +23,9 @@ from opensuction.ipc.process_lock import ProcessLock, holder
 from opensuction.ipc.read_checkpoint import Place, ReadCheckpoint
 from opensuction.ipc.ring import Read
 from opensuction.kernel import arithmetic_fingerprint, private_file
+from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.kernel.errors import InputError
+from opensuction.machine import port
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
 from opensuction.runtime import machine_identity, recorder
 from opensuction.runtime.database_writer import Context, DatabaseWriter
@@ -110,7 +113,7 @@ class ControllerSession:
             settings_hash=self._context.settings_hash,
             fingerprint=arithmetic_fingerprint.fingerprint(),
             began_ns=self._source.run.began_utc_ns,
-            about={"notice": NOTICE, **self._about.heading},
+            about=_heading(self._source.told) | self._about.heading,
         )
 
     def _ask_whose(self) -> None:
@@ -155,6 +158,17 @@ class ControllerSession:
             for entry in self._journal.end():
                 self._writer.put(entry, self._context)
         self._bind()
+
+
+def _heading(ring: Mapping[str, str]) -> dict[str, str]:
+    """What a recording says of the machine that it was made on. ring: what its ring tells."""
+    try:
+        machine = port.read_description(ring)
+    except InputError as error:  # of any machine everything is kept
+        return {"disclaimer": NOT_A_DEVICE, "lacks": str(error)}
+    told = {"notice": NOTICE} if machine.in_silico else {"disclaimer": NOT_A_DEVICE}
+    lacking = machine.capabilities.lacking
+    return {**told, "lacks": ", ".join(lacking)} if lacking else told
 
 
 class RecorderService:

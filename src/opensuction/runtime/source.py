@@ -43,6 +43,8 @@ class Source:
         told = self._rows.facts.told
         self.run = ControllerRun(told["run"], int(told["began_utc_ns"]))
         self.settings_hash, self.version = told["settings"], told["version"]
+        self.told = told
+        """What the ring says of itself; see `machine.port.read_description`."""
         self._first = np.frombuffer(bytes.fromhex(told[STARTED_FROM]))
         self.event = 0
         """Number of the last event that was read."""

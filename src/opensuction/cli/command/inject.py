@@ -97,6 +97,7 @@ def _find(machine: Path) -> Path:
 
 def run(options: InjectOptions) -> int:
     """Ask the twin; returns the exit status. Raises InputError where it refuses."""
+    from opensuction.machine import backend
     from opensuction.machine.twin import twin_faults
     from opensuction.session.cycle import fault_choice
 
@@ -104,6 +105,7 @@ def run(options: InjectOptions) -> int:
     twin_faults.check(faults)
     carrier = _bus(options)
     folder = _find(options.folder)
+    backend.check_faults(folder)
     if options.mend:
         twin_faults.heal(folder)
     if carrier is not None:

@@ -18,11 +18,15 @@ from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.heartbeat import FILE, Heartbeat
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+from opensuction.machine import port
+from opensuction.machine.port import Description
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import CONFIGURATION, RING
 
 FRESH_S = 0.02
 """A state that is no older is given again."""
+SILENT = Description(in_silico=True, capabilities=port.NOTHING)
+"""Description of a machine that no controller has described yet."""
 LOG = logging.getLogger("opensuction.console")
 
 
@@ -55,6 +59,16 @@ class Hub:
             self._ring.look()
             reader = self._ring.reader
             return None if reader is None else reader.snapshot()
+
+    def machine(self) -> Description:
+        """The machine as its controller describes it; without a controller nothing is claimed.
+
+        Raises InputError for what is no description.
+        """
+        with self._lock:
+            self._ring.look()
+            reader = self._ring.reader
+            return SILENT if reader is None else port.read_description(reader.facts.told)
 
     def configuration(self) -> Configuration:
         """What the controller is set to, as of now. Raises InputError where nothing says so."""

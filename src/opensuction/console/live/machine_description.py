@@ -47,11 +47,14 @@ CARINA = "carina_mm"
 def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
     """All of it, as a page takes it."""
     limits, plan = settings.limits, settings.plan
+    capabilities = hub.machine().capabilities
     return {
         "serial": about.machine.serial,
         "kind": about.machine.kind,
         "is_twin": about.machine.is_twin,
-        "notice": NOTICE,
+        "capabilities": capabilities._asdict(),
+        "lacks": list(capabilities.lacking),
+        "notice": NOTICE if about.machine.is_twin else NOT_A_DEVICE,
         "approach": about.approach,
         "patient": {"pseudonym": about.patient, "age": about.heading.get("age")},
         "anatomy": {

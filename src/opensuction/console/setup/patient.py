@@ -9,12 +9,17 @@ from opensuction.console.site import ConsoleContext
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry_check
 from opensuction.runtime import machine_identity
+from opensuction.runtime.machine_identity import About
 from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
 
 FIXED_ON_TWIN = (
     "the twin plays one patient for as long as it runs: for another one end it, and start it with "
     "opensuction serve --patient"
+)
+FIXED = (
+    "the machine's settings are made for one body: for another one end it, and prepare it anew for "
+    "that one"
 )
 NOBODY = "nobody is on this machine: a bench has no patient"
 
@@ -35,12 +40,12 @@ def shown(site: ConsoleContext) -> dict[str, Any]:
         "catheter_mm": geometry.catheter_mm,
         "carina_mm": geometry.carina_mm,
         "peep_cmh2o": geometry.peep_cmh2o,
-        "fixed": FIXED_ON_TWIN if person is not None else NOBODY,
+        "fixed": _why_fixed(told) if person is not None else NOBODY,
     }
 
 
 def put(site: ConsoleContext, who: Session, wanted: dict[str, Any], version: int, key: str) -> None:
-    """Another pseudonym; what the twin plays is refused. Raises Problem."""
+    """Another pseudonym; another body is refused. Raises Problem."""
     with change.LOCK:
         found, now = bedside.basis_of(site), bedside.now(site)
         change.check_version(found, version)
@@ -48,7 +53,7 @@ def put(site: ConsoleContext, who: Session, wanted: dict[str, Any], version: int
         told = site.about()
         if found.person is None:
             raise Problem(409, NOBODY)
-        _refuse_other(found, wanted)
+        _refuse_other(found, wanted, _why_fixed(told))
         pseudonym = wanted["pseudonym"]
         try:
             entry_check.check_pseudonym(pseudonym)
@@ -62,8 +67,13 @@ def put(site: ConsoleContext, who: Session, wanted: dict[str, Any], version: int
         bases.write(site.folder, found._replace(version=found.version + 1))
 
 
-def _refuse_other(found: Basis, wanted: dict[str, Any]) -> None:
-    """Raises Problem for another body than the one that is played."""
+def _why_fixed(told: About) -> str:
+    """Why nobody else can be chosen here."""
+    return FIXED_ON_TWIN if told.machine.is_twin else FIXED
+
+
+def _refuse_other(found: Basis, wanted: dict[str, Any], why: str) -> None:
+    """Raises Problem for another body than the one at the machine. why: it cannot be another."""
     assert found.person is not None
     is_there = {
         "age": found.site.age.name.lower(),
@@ -71,9 +81,9 @@ def _refuse_other(found: Basis, wanted: dict[str, Any]) -> None:
         "weight_kg": found.person.weight_kg,
     }
     other = [
-        FieldError(name, FIXED_ON_TWIN)
+        FieldError(name, why)
         for name, value in is_there.items()
         if wanted.get(name) is not None and wanted[name] != value
     ]
     if other:
-        raise Problem(409, FIXED_ON_TWIN, other)
+        raise Problem(409, why, other)

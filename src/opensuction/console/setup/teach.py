@@ -2,7 +2,7 @@
 
 The machine gets limits under which a person may push the catheter to the carina, and no cycle
 starts; it is taught; then either the clinical protocol is fitted to what was taught, or what was in
-force before is set again. On the twin a simulated hand pushes.
+force before is set again. Where a machine has a simulated hand, as a twin, that one pushes.
 """
 
 import contextlib
@@ -19,12 +19,14 @@ from opensuction.controller import configuration
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.machine import backend
-from opensuction.machine.port import HandTask, SimulatedHand
+from opensuction.machine.port import Capabilities, HandTask, SimulatedHand
 from opensuction.procedure.cycle.teaching import PLAUSIBLE
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.runtime import paths
 from opensuction.session.running.basis import Basis
 
+OWN_HAND = "a person's own hand moves this machine"
+NO_HAND = "no hand can move this machine's catheter head: set the length that somebody has measured"
 BENCH = "a bench has no carina to be taught: its protocol names its own travel"
 
 
@@ -40,9 +42,9 @@ class Step(StrEnum):
     HOME = "home"
     """The drive shall bring the head home."""
     PUSH = "push"
-    """Twin: the simulated hand pushes until it feels the carina."""
+    """The simulated hand pushes until it feels the carina."""
     DRAW = "draw"
-    """Twin: it draws the catheter back."""
+    """It draws the catheter back."""
     TAKE = "take"
     """Fit the protocol to what was taught."""
     LEAVE = "leave"
@@ -90,15 +92,15 @@ def stage_of(found: Basis, now: Now) -> Stage:
 def shown(site: ConsoleContext) -> dict[str, Any]:
     """Where teaching stands, and what was taught."""
     found, now = bedside.basis_of(site), bedside.now(site)
-    span, is_twin = PLAUSIBLE[found.site.age], site.about().machine.is_twin
+    span, can = PLAUSIBLE[found.site.age], site.hub.machine().capabilities
     stage = stage_of(found, now)
     return {
         "version": found.version,
         "stage": str(stage),
         "is_prepared": found.is_teaching,
-        "steps": [str(one) for one in ALLOWED[stage] if is_twin or one not in HANDS],
+        "steps": [str(one) for one in ALLOWED[stage] if _why_not(one, can) is None],
         "phase": now.phase_name,
-        "is_twin": is_twin,
+        "is_twin": site.about().machine.is_twin,
         "is_bench": found.person is None,
         "carina_mm": found.site.carina_mm,
         "taught_by": found.taught_by,
@@ -108,15 +110,26 @@ def shown(site: ConsoleContext) -> dict[str, Any]:
         "sentence": now.taught_sentence,
         "taught_mm": now.taught_mm,
         "is_away": now.is_away,
-        "feels": _feels(site) if is_twin and stage == Stage.MOVING else None,
+        "feels": _feels(site) if stage == Stage.MOVING else None,
         "head_mm": now.head_mm,
         "inside_s": now.inside_s,
         "inside_most_s": GUIDELINES[found.site.age].in_airway_s,
     }
 
 
+def _why_not(step: Step, can: Capabilities) -> str | None:
+    """Why a machine cannot take a step; None where it can."""
+    if step in HANDS and not can.simulated_hand:
+        return OWN_HAND
+    if step in (Step.PREPARE, Step.BEGIN) and not can.taught_by_hand:
+        return NO_HAND
+    return None
+
+
 def _hand(site: ConsoleContext) -> SimulatedHand | None:
     """The hand at the catheter head that software moves; None of a machine that has none."""
+    if not site.hub.machine().capabilities.simulated_hand:
+        return None
     try:
         return backend.load(site.folder).hand_of(site.folder)
     except InputError:
@@ -124,7 +137,7 @@ def _hand(site: ConsoleContext) -> SimulatedHand | None:
 
 
 def _feels(site: ConsoleContext) -> bool | None:
-    """Whether the twin's hand feels the carina; None where the twin does not say."""
+    """Whether a simulated hand feels the carina; None where there is none, or none says."""
     hand = _hand(site)
     return None if hand is None else hand.feels_carina()
 
@@ -142,13 +155,15 @@ def take_step(site: ConsoleContext, who: Session, step: Step, version: int, key:
                 f"'{step}' means nothing now: the machine is {now.phase_name}, and teaching "
                 f"is {stage}",
             )
+        if (why := _why_not(step, site.hub.machine().capabilities)) is not None:
+            raise Problem(409, why)
         if step in HANDS:
             _hold(site, found, HANDS[step])
             return
         if step in BUTTONS:
             _put_hand_away(site, found, step)
             bedside.press(site.folder, BUTTONS[step], who.account, key)
-            if step == Step.CONFIRM and site.about().machine.is_twin:
+            if step == Step.CONFIRM and _hand(site) is not None:
                 # It presses on the carina no longer than it must: the governor allows 2 s.
                 _hold(site, found, HandTask.DRAW)
             return
@@ -195,20 +210,20 @@ def _taught(found: Basis, now: Now, who: Session) -> Basis:
 
 
 def _hold(site: ConsoleContext, found: Basis, task: HandTask) -> None:
-    """The twin's person does something."""
+    """The simulated hand does something."""
     hand = _hand(site)
-    if hand is None or not site.about().machine.is_twin:
-        raise Problem(409, "a person's own hand moves this machine")
+    if hand is None:
+        raise Problem(409, OWN_HAND)
     try:
         text = (site.folder / paths.CONFIGURATION).read_text(encoding="utf-8")
         park_mm = configuration.from_json(text).settings.parked.head_mm
         hand.hold(task, park_mm, -found.site.park_mm)
     except (InputError, OSError) as error:
-        raise Problem(503, f"the twin does not answer: {error}") from None
+        raise Problem(503, f"the machine's hand does not answer: {error}") from None
 
 
 def _put_hand_away(site: ConsoleContext, found: Basis, step: Step) -> None:
     """A drive that brings the head home, or another teaching, meets no hand of the one before."""
-    if step != Step.CONFIRM and site.about().machine.is_twin:
+    if step != Step.CONFIRM and _hand(site) is not None:
         with contextlib.suppress(Problem):
             _hold(site, found, HandTask.LET_GO)

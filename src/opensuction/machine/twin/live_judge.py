@@ -1,33 +1,27 @@
 """A judge of a machine that runs: by the twin's truth alone, whatever becomes of its controllers.
 
-It follows the ring that the twin writes, which holds 20 s, and is to look more often than that. It
+It reads a truth port, and is to look more often than that overwrites: a twin's holds 20 s. It
 knows nothing of a controller, a recorder or a supervisor: of what people were told it takes what
 the annunciator at the bedside has shown.
 """
 
 import math
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.ipc.ring import RingReader
-from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.machine.twin.twin_process import BEGUN, SHOWN
+from opensuction.machine.port import TruthPort
 from opensuction.oracle import exposure, long_run
 from opensuction.oracle.harm import Harm
 from opensuction.oracle.long_run import Judged, LongRun
 from opensuction.safety.condition import Condition
 from opensuction.simulation import annunciation
 from opensuction.simulation.annunciation import Annunciation
-from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 
-_TICK = SHOWN_COLUMNS.index("tick")
+_TICK = "tick"
 _NAMES = (*(name for name in exposure.COLUMNS if name != "time_s"), *annunciation.COLUMNS)
-_PLACES = [SHOWN_COLUMNS.index(name) for name in _NAMES]
 
 
 class Verdict(NamedTuple):
@@ -57,29 +51,20 @@ class Verdict(NamedTuple):
         return tuple(one for one in self.told if one.at_s >= from_s)
 
 
-def read_machine(folder: Path) -> MachineSide:
-    """What the twin of a folder was begun with. Raises InputError where there is none."""
-    try:
-        with np.load(folder / BEGUN) as begun:
-            return plain_row.unpack(MachineSide, begun["side"])
-    except (OSError, EOFError, ValueError, KeyError) as error:
-        raise InputError(f"no machine to judge in {folder / BEGUN}: {error}") from None
-
-
 class LiveJudge:
     """Follows a machine from its first tick that is still to be seen."""
 
-    def __init__(self, folder: Path, cap_mm: float) -> None:
-        """folder: in which a twin plays. cap_mm: deepest tip position that is planned.
+    def __init__(self, truth: TruthPort, cap_mm: float) -> None:
+        """truth: as `backend.open_truth` gives it. cap_mm: deepest tip position that is planned.
 
-        Raises InputError where none plays.
+        Raises InputError where it tells too little to judge by.
         """
-        self._ring = RingReader(folder / SHOWN)
-        if self._ring.facts.columns != SHOWN_COLUMNS:
-            raise InputError(f"{folder / SHOWN} is of another version of the twin")
-        if self._ring.newest() >= self._ring.facts.slots // 2:
-            self._ring.next = self._ring.newest()
-        self._run = LongRun(read_machine(folder).machine, cap_mm)
+        if lacking := [name for name in (_TICK, *_NAMES) if name not in truth.columns]:
+            raise InputError(f"the machine's truth lacks {', '.join(lacking)}: it cannot be judged")
+        self._truth = truth
+        self._tick = truth.columns.index(_TICK)
+        self._places = [truth.columns.index(name) for name in _NAMES]
+        self._run = LongRun(truth.built, cap_mm)
         self._told: list[Annunciation] = []
         self._shown: dict[str, Array] = {}
         """What the annunciator showed in the last tick that was seen."""
@@ -90,12 +75,12 @@ class LiveJudge:
 
     def look(self) -> int:
         """Take what has come since the last call; how many ticks."""
-        found = self._ring.read()
+        found = self._truth.read()
         self.missed_ticks += found.missed
         if not len(found.rows):
             return 0
-        seen = dict(zip(_NAMES, np.ascontiguousarray(found.rows[:, _PLACES].T), strict=True))
-        seen["time_s"] = found.rows[:, _TICK] * DT_S
+        seen = dict(zip(_NAMES, np.ascontiguousarray(found.rows[:, self._places].T), strict=True))
+        seen["time_s"] = found.rows[:, self._tick] * self._truth.period_s
         self._run.add(seen)
         self._hear(seen)
         self.now_s = float(seen["time_s"][-1])

@@ -18,10 +18,17 @@ from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.machine import backend
-from opensuction.machine.port import HandTask, MachineFacts
+from opensuction.machine.port import (
+    EVERYTHING,
+    Capabilities,
+    HandTask,
+    MachineFacts,
+    TruthRead,
+    read_capabilities,
+)
 from opensuction.machine.twin import twin_faults
 from opensuction.machine.twin.twin_faults import CHANGE
-from opensuction.machine.twin.twin_process import BEGUN, COMMANDS, SHOWN
+from opensuction.machine.twin.twin_process import BEGUN, CAPABILITIES, COMMANDS, SHOWN
 from opensuction.simulation import machine_side
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
@@ -31,6 +38,7 @@ from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import Bus
 from opensuction.twin.machine import drive_watchdog, hand
 from opensuction.twin.machine.drive_watchdog import SILENCE_S
+from opensuction.twin.machine.machine import Machine
 from opensuction.twin.plant import PlantState
 
 BEGINS_S = 120.0
@@ -123,9 +131,7 @@ class TwinMachine:
 
     def __init__(self, folder: Path) -> None:
         """Raises InputError where no twin plays there, or another controller has it."""
-        shown = RingReader(folder / SHOWN)
-        if shown.facts.columns != SHOWN_COLUMNS:
-            raise InputError(f"{folder / SHOWN} is of another version of the twin")
+        shown = _open_shown(folder)
         self._ring = FollowedRing(folder / SHOWN, lambda columns: columns == SHOWN_COLUMNS)
         self._ring.look()
         self._before, self._number = 0, 0
@@ -138,6 +144,7 @@ class TwinMachine:
             period_s=DT_S,
             watchdog_s=SILENCE_S,
             most=json.loads(shown.facts.told["most"]),
+            capabilities=_capabilities(shown),
         )
 
     def read(self, readings: Array) -> int:
@@ -190,11 +197,66 @@ class TwinHand:
     def feels_carina(self) -> bool | None:
         """See `SimulatedHand.feels_carina`: by the truth, which only the twin knows."""
         try:
-            newest = RingReader(self._folder / SHOWN).snapshot()
+            newest = TwinTruth(self._folder).newest()
         except InputError:
             return None
-        return None if newest is None else bool(newest[1][_CONTACT] >= FELT_N)
+        return None if newest is None else bool(newest[_CONTACT] >= FELT_N)
 
 
-attach, hand_of = TwinMachine, TwinHand
+class TwinTruth:
+    """A `TruthPort` to the twin that plays in a folder, from its first tick that is still there."""
+
+    columns, period_s = SHOWN_COLUMNS, DT_S
+
+    def __init__(self, folder: Path) -> None:
+        """Raises InputError where no twin plays there, or one of another version."""
+        self._folder, self._ring = folder, _open_shown(folder)
+        if self._ring.newest() >= self._ring.facts.slots // 2:
+            self._ring.next = self._ring.newest()
+
+    @property
+    def built(self) -> Machine:
+        """See `TruthPort.built`."""
+        return read_side(self._folder).machine
+
+    def read(self) -> TruthRead:
+        """See `TruthPort.read`; the ring holds 20 s."""
+        found = self._ring.read()
+        return TruthRead(found.rows, found.missed)
+
+    def newest(self) -> Array | None:
+        """See `TruthPort.newest`."""
+        newest = self._ring.snapshot()
+        return None if newest is None else newest[1]
+
+
+def read_side(folder: Path) -> MachineSide:
+    """What the twin of a folder was begun with. Raises InputError where there is none."""
+    try:
+        with np.load(folder / BEGUN) as begun:
+            return plain_row.unpack(MachineSide, begun["side"])
+    except (OSError, EOFError, ValueError, KeyError) as error:
+        raise InputError(f"no machine to judge in {folder / BEGUN}: {error}") from None
+
+
+def capabilities_of(folder: Path) -> Capabilities:
+    """See `backend.Backend.capabilities_of`."""
+    return _capabilities(_open_shown(folder))
+
+
+def _open_shown(folder: Path) -> RingReader:
+    """The ring of the twin in a folder. Raises InputError for none, or for another version's."""
+    shown = RingReader(folder / SHOWN)
+    if shown.facts.columns != SHOWN_COLUMNS:
+        raise InputError(f"{folder / SHOWN} is of another version of the twin")
+    return shown
+
+
+def _capabilities(shown: RingReader) -> Capabilities:
+    """What its twin says it has; one that an older version started says nothing, and has all."""
+    told = shown.facts.told.get(CAPABILITIES)
+    return EVERYTHING if told is None else read_capabilities(json.loads(told))
+
+
+attach, hand_of, truth_of = TwinMachine, TwinHand, TwinTruth
 """This module as a `backend.Backend`."""

@@ -9,6 +9,7 @@ second and more it plays a second.
 """
 
 import json
+import math
 import signal
 import sys
 from collections.abc import Iterator
@@ -27,6 +28,7 @@ from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+from opensuction.machine.port import EVERYTHING, Capabilities
 from opensuction.machine.twin.faulty_twin import FaultyTwin
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import (
@@ -40,6 +42,8 @@ PLAYS = "machine.lock"
 BEGUN, SHOWN, COMMANDS = "machine.npz", "machine.ring", "commands.ring"
 SLOTS = 20_000
 """Rows that are kept: 20 s."""
+CAPABILITIES = "capabilities"
+"""What the ring tells of them, as JSON."""
 PERIOD_NS = round(DT_S * NS_PER_S)
 CAUGHT_UP = 1000
 """Ticks that are made up for at most."""
@@ -109,7 +113,11 @@ def playing(folder: Path) -> Iterator[TwinPlayer]:
             call = MachineCall({name: begun[name] for name in begun.files})
     except (OSError, EOFError, ValueError, KeyError) as error:
         raise InputError(f"no machine to play in {folder / BEGUN}: {error}") from None
-    told = {"version": __version__, "most": json.dumps(most_obeyed(call))}
+    told = {
+        "version": __version__,
+        "most": json.dumps(most_obeyed(call)),
+        CAPABILITIES: json.dumps(capabilities(call)._asdict()),
+    }
     with (
         ProcessLock(folder / PLAYS, "a twin plays"),
         RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told) as ring,
@@ -131,6 +139,15 @@ def serve(folder: Path) -> None:
             new = listener.hear()
             twin.step(listener.row, new)
             twin.faults.look()
+
+
+def capabilities(call: MachineCall) -> Capabilities:
+    """See `port.MachineFacts.capabilities`: a bench has nobody, and no tube with a barrier."""
+    played = plain_row.unpack(MachineSide, call.side_row).machine
+    return EVERYTHING._replace(
+        monitor=played.has_patient and played.patient.monitor.present,
+        mouth_barrier=math.isfinite(played.mouth_mm),
+    )
 
 
 def most_obeyed(call: MachineCall) -> dict[str, float]:
