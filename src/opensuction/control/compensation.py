@@ -84,7 +84,7 @@ class CurvesGrid(NamedTuple):
 
 
 class Compensation(NamedTuple):
-    """Which compensator, on which model, within which limits."""
+    """Compensator with its model and its limits."""
 
     kind: int
     limits: HeadLimits
@@ -96,7 +96,7 @@ class Compensation(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """Where a long retract ended; the plays' positions follow from it."""
+    """End of a long retract; the plays' positions follow from it."""
 
     head_mm: float
     lag_mm: float

@@ -7,7 +7,7 @@ from opensuction.kernel.compiled import compiled
 
 
 class HeadLimits(NamedTuple):
-    """What the planned head may do."""
+    """Limits of the planned motion of the head."""
 
     speed_mm_per_s: float
     acceleration_mm_per_s2: float

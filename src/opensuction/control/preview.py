@@ -32,7 +32,7 @@ REHEARSED_S = 2.0
 
 
 class RunIn(NamedTuple):
-    """How much earlier than the reference the head begins to move, s."""
+    """Time by which the head begins to move before the reference, s."""
 
     inwards_s: float
     outwards_s: float
@@ -40,12 +40,12 @@ class RunIn(NamedTuple):
 
 @compiled
 def is_followed(distance_mm: float, missing_mm: float) -> bool:
-    """Whether it costs no gap to move the tip by what is missing. distance_mm: the head's way."""
+    """True where moving the tip by what is missing costs no gap. distance_mm: the head's way."""
     return 0.0 < abs(distance_mm) <= FOLLOWED * abs(missing_mm)
 
 
 class Goal(NamedTuple):
-    """Where the modelled tip shall go, and which way it comes there."""
+    """Goal of the modelled tip, and the direction in which it comes there."""
 
     target_mm: float
     target_mm_per_s: float
@@ -91,7 +91,7 @@ def aim_ahead(
 
 
 class Ahead(NamedTuple):
-    """What a model says of the head's way to a goal."""
+    """Way of the head to a goal, by a model."""
 
     distance_mm: float
     """Head travel to the target; where the tip is beyond it, by how much the head is early."""
@@ -121,7 +121,7 @@ def wait(goal: Goal, missing_mm: float, slope: float) -> Ahead:
 
 @compiled
 def is_too_far(goal: Goal, missing_mm: float, head_mm_per_s: float) -> bool:
-    """Whether a head at rest has brought the tip beyond a target that stands."""
+    """True where a head at rest has brought the tip beyond a target that stands."""
     return (
         goal.target_mm_per_s == 0.0
         and missing_mm * goal.direction < 0.0

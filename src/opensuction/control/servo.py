@@ -32,7 +32,7 @@ class Servo(NamedTuple):
 
 
 class ServoState(NamedTuple):
-    """What a servo remembers from one tick to the next."""
+    """State of a servo from one tick to the next."""
 
     error: float
     velocity: float

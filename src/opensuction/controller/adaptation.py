@@ -74,7 +74,7 @@ def passed(
     period_s: float,
     by_lines: bool = False,
 ) -> Evidence:
-    """What the passages of a barrier show in one cycle, by the identified plays.
+    """Evidence from the passages of a barrier in one cycle, by the identified plays.
 
     mouth_clear: 0 or 1, shape (n,), no tip in the beam. head_mm: shape (n,), from rest after a
     retract until the tip is out again. mouth_mm: depth of the barrier, infinite where there is
@@ -91,5 +91,5 @@ def passed(
 
 
 def learn(identified: Calibration, before: AdaptationChange, seen: Evidence) -> AdaptationChange:
-    """What to go by after a cycle that showed this; see `adaptation.update`."""
+    """Adapt the transmission by the evidence of a cycle; see `adaptation.update`."""
     return adaptation.update(before, seen, prandtl_ishlinskii.gap_mm(identified.plays))

@@ -63,7 +63,7 @@ OF_ITEM = np.array(
 
 @compiled
 def _found(item: int, readings: Readings) -> int:
-    """What a failed item of the pre-use test means."""
+    """Conditions that a failed item of the pre-use test indicates."""
     vacuum = readings.line_vacuum_mmhg > VENTED_MMHG
     if item == CheckItem.VALVE_OPENS and vacuum:
         # The item wants the line vented too: with the pump off nothing may draw.
@@ -73,7 +73,7 @@ def _found(item: int, readings: Readings) -> int:
 
 @compiled
 def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
-    """What it means that a phase took too long."""
+    """Conditions that an overdue phase indicates."""
     closed = progress.is_closed(plan, readings)
     waits = phase == Phase.PRELOADING and not plan.bench_only
     if waits and not progress.is_kept(plan, readings):
@@ -101,7 +101,7 @@ def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
 def reasons(
     plan: Plan, before: int, procedure: ProcedureState, held: int, readings: Readings
 ) -> int:
-    """Why the machine is on its way out or halted; held until a person puts it back to work.
+    """Reasons why the machine is on its way out or halted; held until a person restarts its work.
 
     before: last phase. held: the reasons so far. A reset that begins a recovery has dealt with
     them; that automation has stopped stays until the machine is parked.
@@ -130,7 +130,7 @@ def reasons(
 
 @compiled
 def _is_missed(service: Service, upkeep: Interlocks, phase: int, refused: int) -> bool:
-    """Whether a cycle, or a look at the patient, is due and the machine cannot serve it."""
+    """True where a cycle, or a look at the patient, is due and the machine cannot serve it."""
     waiting = phase in (Phase.PARKED, Phase.HALTED)
     chosen, since = service.schedule, upkeep.schedule
     if refused == Refusal.OXYGEN_UNANSWERED:

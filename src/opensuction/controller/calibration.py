@@ -24,7 +24,7 @@ PLAIN_PD = Feedforward(velocity_v_s_per_mm=0.0, friction_v=0.0)
 
 
 class Calibration(NamedTuple):
-    """What an identification run found; each compensator uses its part of it."""
+    """Result of an identification run; each compensator uses its part of it."""
 
     model: ModifiedDahl
     feedforward: Feedforward

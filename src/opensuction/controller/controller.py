@@ -88,7 +88,7 @@ def with_upkeep(state: State, kept: Interlocks) -> State:
 
 @compiled
 def _pulls_only(verdict: Verdict) -> bool:
-    """Whether the insertion motor may pull and never push.
+    """True where the insertion motor may pull and never push.
 
     Drawn out by sensors that do not tell where the head is, or tell it late: a servo on those
     swings, and drives the head in half of the time. Without volts the motor brakes.
@@ -141,7 +141,7 @@ def _actuate(
 
 @compiled
 def _is_attended(before: int, requests: Requests) -> bool:
-    """Whether a person resets the machine or returns it to service in this tick."""
+    """True where a person resets the machine or returns it to service in this tick."""
     cleared = (before == Phase.HALTED and requests.reset) or (
         before == Phase.OUT_OF_SERVICE and requests.return_to_service
     )
@@ -160,7 +160,7 @@ def _begin_again(settings: Settings, state: CoreState) -> tuple[CoreState, HeadS
 
 @compiled
 def _proposal(head: HeadState, demand: Demand) -> Setpoints:
-    """What procedure and control want together."""
+    """Setpoints that procedure and control propose together."""
     return Setpoints(
         head_mm=head.head_mm,
         head_mm_per_s=head.head_mm_per_s,
@@ -181,7 +181,7 @@ def _outputs(
     verdict: Verdict,
     late_share: float,
 ) -> Outputs:
-    """What leaves the controller, its alarms silent; procedure and upkeep as the tick ended.
+    """Outputs of the controller, its alarms silent; procedure and upkeep as the tick ended.
 
     late_share: of its ticks, averaged.
     """
@@ -209,7 +209,7 @@ def _wrong(
     inputs: Inputs,
     trips: int,
 ) -> tuple[int, int]:
-    """Why the machine halts, and all that is wrong: masks of alarm conditions.
+    """Reasons why the machine halts, and all conditions that hold: masks of alarm conditions.
 
     state: as the tick began. procedure, kept: as it ended.
     """
@@ -258,7 +258,7 @@ def _decide(
 def _press(
     settings: Settings, state: CoreState, inputs: Inputs
 ) -> tuple[Requests, Interlocks, bool]:
-    """What the buttons ask for, what they answer, and whether they ask for a reset of a halt.
+    """Requests of the buttons, interlocks with their answers, and true where a halt is to be reset.
 
     A button acts once. A reset that the lock-out refuses is taken out.
     """

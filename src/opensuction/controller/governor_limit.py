@@ -66,7 +66,7 @@ def bore_ml_per_s_per_root(catheter_mm: float) -> float:
 
 
 def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float) -> LineLimits:
-    """What a sound line does at a set point, through a free catheter of that outer diameter.
+    """Limits of a sound line at a set point, through a free catheter of that outer diameter.
 
     Pump: ``Q (1 - P / P0)``; catheter: ``k sqrt(P)``. Where the two agree below the set point, an
     open valve shows in the line; a thin catheter draws too little to be seen.
@@ -98,7 +98,7 @@ def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float)
 def _window(
     protocol: Protocol, model: ModifiedDahl, by_contact: bool, on_bench: bool
 ) -> WindowLimits:
-    """Where contact may and must come; by travel nothing is expected, and nothing in the tube."""
+    """Window in which contact may and must come; by travel none must, and none may in the tube."""
     if not by_contact:
         return WindowLimits(from_mm=-math.inf if on_bench else TUBE_END_MM, by_mm=math.inf)
     slack_mm = 0.5 * (tip_bound.GAP_MOST - 1.0) * float(modified_dahl.gap_mm(model)) + WINDOW_MM

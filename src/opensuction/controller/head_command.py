@@ -79,7 +79,7 @@ def feedback(
     touched: bool,
     confirm: bool,
 ) -> tuple[HeadState, ControlFeedback]:
-    """What the procedure learns of the rest, and the head as it is commanded from where it touched.
+    """Feedback of the rest to the procedure, and the head as commanded from where the tip touched.
 
     touched: the tip has met something on its way in. confirm: a person says where the tip is.
     """

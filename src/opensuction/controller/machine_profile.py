@@ -16,7 +16,7 @@ from opensuction.procedure.cycle.plan import Excitation
 
 
 class MachineProfile(NamedTuple):
-    """What the controller goes by: nominal values, not the twin's truth."""
+    """Profile of a machine for its controller: nominal values, not the twin's truth."""
 
     supply_v: Annotated[float, Ge(12), Le(48), Meaning("supply of both motors")]
     head_limit_mm_per_s: Annotated[

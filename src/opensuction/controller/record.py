@@ -35,7 +35,7 @@ class Settings(NamedTuple):
 
 
 class CoreState(NamedTuple):
-    """What everything but compensation and alarms remembers."""
+    """State of everything but compensation and alarms."""
 
     procedure: ProcedureState
     upkeep: Interlocks
@@ -74,7 +74,7 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What leaves the controller in a tick; length taught and upkeep are in its state."""
+    """Outputs of the controller in a tick; length taught and upkeep are in its state."""
 
     commands: Commands
     demand: Demand

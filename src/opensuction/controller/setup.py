@@ -185,7 +185,7 @@ def compensator(
 def abilities(
     profile: MachineProfile, kind: CompensationKind, calibration: Calibration, site: Site
 ) -> Abilities:
-    """What the planner must know of a machine with its compensation."""
+    """Abilities of a machine with its compensation, for the planner."""
     chosen, heads_mm = compensator(profile, kind, calibration), branches(kind, calibration)
     turn_mm = _gap_mm(chosen, heads_mm)
     ahead_mm = turn_mm if kind in LOOKS_AHEAD else 0.0

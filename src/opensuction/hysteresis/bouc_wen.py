@@ -79,7 +79,7 @@ def gap_mm(model: BoucWen) -> float:
 
 @compiled
 def is_well_posed(model: BoucWen) -> bool:
-    """Whether the memory stays within its saturation, whatever the input does: A, B, B + D > 0.
+    """True where the memory stays within its saturation for every input: A, B, B + D > 0.
 
     With D > B that holds for a start within (A / (D - B))^(1/m), which is beyond saturation;
     with D <= B for any start. Source: [Ikhouane-2007] ch. 2.
@@ -90,7 +90,7 @@ def is_well_posed(model: BoucWen) -> bool:
 
 @compiled
 def is_passive(model: BoucWen) -> bool:
-    """Whether no excursion gives more work than the memory had stored: -B <= D <= B.
+    """True where no excursion gives more work than the memory had stored: -B <= D <= B.
 
     Stored is ``zeta^2 / 2A``; what a move dissipates is ``|zeta|^m (B |zeta dx| + D zeta dx) / A``.
     The published parameters break it. Source: [Ikhouane-2007] ch. 2.
@@ -112,7 +112,7 @@ def least_slope(model: BoucWen) -> float:
 
 @compiled
 def is_monotone(model: BoucWen) -> bool:
-    """Whether the output always follows the input, so that a continuous inverse exists."""
+    """True where the output always follows the input, so that a continuous inverse exists."""
     return is_well_posed(model) and least_slope(model) > 0.0
 
 

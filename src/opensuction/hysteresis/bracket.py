@@ -54,7 +54,7 @@ def start(low: float, low_value: float, high: float, high_value: float) -> Brack
 
 @compiled
 def trial(bracket: Bracket) -> float:
-    """Where to evaluate next."""
+    """Next point to evaluate."""
     return bracket.near + bracket.share * (bracket.far - bracket.near)
 
 
@@ -67,7 +67,7 @@ def root(bracket: Bracket) -> float:
 
 @compiled
 def is_done(bracket: Bracket) -> bool:
-    """Whether the root is known to rounding, or the trials are used up."""
+    """True once the root is known to rounding, or the trials are used up."""
     exact = bracket.near_value == 0.0 or bracket.far_value == 0.0
     wide = abs(bracket.far - bracket.near) > 2.0 * bracket.least_width
     return exact or not wide or bracket.trials >= MOST_TRIALS
@@ -75,7 +75,7 @@ def is_done(bracket: Bracket) -> bool:
 
 @compiled
 def _interpolate_share(near: Bracket) -> float:
-    """Where the inverse parabola through three points crosses 0; 0.5 where it cannot be trusted."""
+    """Zero of the inverse parabola through three points; 0.5 where it cannot be trusted."""
     if near.left == near.far or near.left_value == near.far_value:
         return 0.5
     place = (near.near - near.far) / (near.left - near.far)

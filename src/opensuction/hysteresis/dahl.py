@@ -74,7 +74,7 @@ def simulate(model: Dahl, input_mm: Array, deflection_mm: float) -> Array:
 
 @compiled
 def is_well_posed(model: Dahl) -> bool:
-    """Whether the force stays bounded and the solution is unique: both parameters above 0."""
+    """True where the force stays bounded and the solution is unique: both parameters above 0."""
     return model.stiffness_n_per_mm > 0.0 and model.coulomb_n > 0.0
 
 

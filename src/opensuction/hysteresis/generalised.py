@@ -198,7 +198,7 @@ def least_slope(model: Generalised) -> float:
 
 
 def is_monotone(model: Generalised) -> bool:
-    """Whether the output surely follows the input everywhere, so that an inverse exists.
+    """True where the output surely follows the input everywhere, so that an inverse exists.
 
     With weights of both signs it may say no where a finer look at the states would say yes.
     """

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 
 class ModelState(NamedTuple):
-    """Where the input is, and the memory there."""
+    """Position of the input, and the memory there."""
 
     head_mm: float
     memory: Any

@@ -95,7 +95,7 @@ def reversal_slope(model: ModifiedDahl) -> float:
 
 @compiled
 def is_monotone(model: ModifiedDahl) -> bool:
-    """Whether the tip always follows the head, so that a continuous inverse exists (c > 2 beta)."""
+    """True where the tip always follows the head: a continuous inverse exists (c > 2 beta)."""
     return model.slope > 2.0 * model.velocity_gain
 
 

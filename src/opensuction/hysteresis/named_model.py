@@ -39,12 +39,12 @@ class Model:
 
     @property
     def entry(self) -> HysteresisModel:
-        """What the catalogue knows of the model: title, source, what it cannot represent."""
+        """Catalogue entry of the model: title, source, what it cannot represent."""
         return CATALOGUE[self.name]
 
     @property
     def is_invertible(self) -> bool:
-        """Whether the output follows the input at once, so that `inverse` need not jump."""
+        """True where the output follows the input at once, so that `inverse` need not jump."""
         return bool(self.entry.is_monotone(self.record))
 
     def simulate(self, x: ArrayLike, past: float = -1.0, start: float | None = None) -> Array:

@@ -21,7 +21,7 @@ from opensuction.kernel.record import Array
 
 
 class Curved(Protocol):
-    """What both forms of the model have besides their plays."""
+    """Parameters that both forms of the model have besides their plays."""
 
     @property
     def offset_mm(self) -> float:
@@ -177,7 +177,7 @@ def gap_mm(model: PrandtlIshlinskii) -> float:
 
 
 def is_well_posed(model: PrandtlIshlinskii, deepest_mm: float, highest_mm: float) -> bool:
-    """Whether a continuous inverse exists for tip positions from highest to deepest.
+    """True where a continuous inverse exists for tip positions from highest to deepest.
 
     It does where weights and slope are >= 0, their sum is above 0 and the gain stays positive over
     the range.

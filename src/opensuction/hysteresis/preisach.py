@@ -62,7 +62,7 @@ def start_positions_mm(model: Preisach, head_mm: float, memory_ratio: float) -> 
 
 @compiled
 def _place(model: Preisach, row: int, position_mm: float) -> float:
-    """How many cells of a row are up, in fractions; position of the row's play in levels."""
+    """Number of cells of a row that are up, in fractions; position of the row's play in levels."""
     cells = model.weights_mm.shape[0] - row
     place = (position_mm - model.low_mm) / level_mm(model) - 0.5 * row
     return min(max(place, 0.0), float(cells))
@@ -168,7 +168,7 @@ def from_factors(low_mm: float, high_mm: float, levels: int, factors: Array) -> 
 
 @compiled
 def is_rising(model: Preisach) -> bool:
-    """Whether no cell counts against the input: the output then never moves the wrong way."""
+    """True where no cell counts against the input: the output then never moves the wrong way."""
     levels = model.weights_mm.shape[0]
     for k in range(levels):
         for j in range(levels - k):
@@ -178,7 +178,7 @@ def is_rising(model: Preisach) -> bool:
 
 
 def is_monotone(model: Preisach) -> bool:
-    """Whether the output follows the input at once everywhere on the grid.
+    """True where the output follows the input at once everywhere on the grid.
 
     That is the row without a gap: each of its cells above 0, and none of the others below.
     """

@@ -98,7 +98,7 @@ def check(
 def _judge_fitted(
     input_: Array, output: Array, time_s: Array | None, fitted: int, labels: Labels
 ) -> tuple[str, ...]:
-    """What is weak about the samples that are fitted; says so where the whole recording is not.
+    """Weaknesses of the samples that are fitted; says so where the whole recording has none.
 
     Raises InputError where they cannot be fitted.
     """

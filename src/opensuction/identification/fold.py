@@ -64,12 +64,12 @@ class Folds(NamedTuple):
 
     @property
     def blocks(self) -> int:
-        """How many there are."""
+        """Number of blocks."""
         return self.edges.size - 1
 
 
 class Scores(NamedTuple):
-    """How well what was left out was predicted: sums of squared errors, in units of the output."""
+    """Prediction errors of what was left out: sums of squares, in the output's unit squared."""
 
     blocks: Array
     """Of each block, predicted from all others; shape (blocks,)."""
@@ -181,6 +181,6 @@ def choose_simplest(squares: Sequence[Array]) -> int:
 
 
 def is_surely_worse(one: Array, other: Array) -> bool:
-    """Whether errors are larger than others by more than one standard error; shape (blocks,)."""
+    """True where errors exceed others by more than one standard error; shape (blocks,)."""
     gap = one - other
     return float(gap.sum()) > standard_error(gap)

@@ -70,7 +70,7 @@ def read_pair(
 
 
 class _Extent(NamedTuple):
-    """How far a quantity goes."""
+    """Extent of a quantity."""
 
     range: float
     back: float

@@ -255,7 +255,7 @@ def _describe(
 
 
 def _share(recording: CheckedRecording, found: Candidate, range_: float) -> dict[str, float]:
-    """What each input adds, of a model of several."""
+    """Share of each input, of a model of several."""
     if found.parts is None:
         return {}
     names = [recording.labels.input_name]

@@ -71,7 +71,7 @@ class DeadlineScheduler:
 
 
 class Allowed(NamedTuple):
-    """What the kernel has granted."""
+    """Real-time rights that the kernel has granted."""
 
     scheduler: str
     """``fifo`` at `PRIORITY`, or ``other``: then whoever else wants the core gets its share."""

@@ -34,7 +34,7 @@ def _write(told: dict[str, Any]) -> bytes:
 
 
 class EventWriter:
-    """Who tells them."""
+    """Writer of events."""
 
     def __init__(self, path: Path, before: Path | None = None) -> None:
         """See `RingWriter`."""
@@ -63,7 +63,7 @@ class EventWriter:
 
 
 class EventReader:
-    """Who hears them."""
+    """Reader of events."""
 
     def __init__(self, source: Path | RingReader) -> None:
         """source: see `RingReader`; or one that was opened already."""
@@ -74,7 +74,7 @@ class EventReader:
         self._ring.next = number + 1
 
     def read(self) -> tuple[list[ProcessEvent], int]:
-        """What has been told since the last call, and how many were missed before it."""
+        """Events since the last call, and how many were missed before them."""
         found = self._ring.read()
         told = [json.loads(row.tobytes()) for row in found.rows]
         events = [ProcessEvent(found.first + i, fields) for i, fields in enumerate(told)]

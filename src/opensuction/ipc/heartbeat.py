@@ -14,7 +14,7 @@ from opensuction.kernel.errors import InputError
 
 
 class Process(IntEnum):
-    """Who gives one."""
+    """Process, or task of one, that gives signs of life."""
 
     SUPERVISOR = 0
     CONTROL = 1
@@ -30,7 +30,7 @@ NS_PER_S = 1e9
 
 
 class Signs(NamedTuple):
-    """What is known of one process at an instant."""
+    """Signs of life of one process at an instant."""
 
     is_expected: bool
     """It has given a sign of life and not ended."""
@@ -81,7 +81,7 @@ class Heartbeat:
             self._starts[process] = 0
 
     def signs(self, process: Process) -> Signs:
-        """What is known of a process now."""
+        """Signs of life of a process at present."""
         return Signs(
             self.is_expected(process),
             self.age_s(process),
@@ -94,7 +94,7 @@ class Heartbeat:
         return (time.monotonic_ns() - began) / NS_PER_S if began else None
 
     def deaths(self, process: Process) -> int:
-        """How many have died whose place another one has taken."""
+        """Number of processes that have died and been replaced."""
         return int(self._deaths[process])
 
     def beat(self, process: Process) -> None:
@@ -113,5 +113,5 @@ class Heartbeat:
         return age_ns / NS_PER_S if last and age_ns >= 0 else float("inf")
 
     def is_expected(self, process: Process) -> bool:
-        """Whether it has given one and not ended."""
+        """True where it has given a sign of life and not ended."""
         return int(self._beats[process]) != 0

@@ -44,7 +44,7 @@ KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 class MailboxAnswer(NamedTuple):
-    """What became of a datagram."""
+    """Answer to a datagram."""
 
     key: str
     """As it was sent; empty where it was not understood."""
@@ -75,7 +75,7 @@ class MailboxRequest(NamedTuple):
 
 
 def answer(asked: MailboxRequest, verdict: str) -> MailboxAnswer:
-    """What became of it."""
+    """Answer to a request, with a verdict on it."""
     return MailboxAnswer(asked.key, asked.who, asked.ask, asked.at, verdict)
 
 
@@ -181,7 +181,7 @@ class Mailbox:
         answers.append(answer(asked, verdict))
 
     def _refuse(self, asked: MailboxRequest) -> str:
-        """Why it is not obeyed; empty where it is. To stop is refused to nobody."""
+        """Reason for refusing a request; empty where it is obeyed. A stop is refused to nobody."""
         late = asked.number <= self._last.get(asked.who, -1)
         if asked.ask != STOP:
             if reason := self._refuse_button(asked, late):

@@ -15,7 +15,7 @@ WORD = 8
 
 
 class Place(NamedTuple):
-    """Where a reader is."""
+    """Place of a reader in its rings."""
 
     row: int
     """Number of the last row that it need not read again."""
@@ -37,7 +37,7 @@ class ReadCheckpoint:
             raise InputError(f"{path} cannot be written: {error.strerror}") from None
 
     def find(self, run: str) -> Place | None:
-        """How far the run of this name was read; None of another one."""
+        """Place to which the run of this name was read; None of another one."""
         own, row, event = (int(word) for word in self._words)
         return Place(row, event) if own == _number_of(run) else None
 

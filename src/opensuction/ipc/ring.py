@@ -36,7 +36,7 @@ Rows = npt.NDArray[np.float64]
 
 
 class RingFacts(NamedTuple):
-    """What a ring says of itself."""
+    """Description that a ring gives of itself."""
 
     columns: tuple[str, ...]
     slots: int
@@ -45,7 +45,7 @@ class RingFacts(NamedTuple):
 
 
 class Read(NamedTuple):
-    """What a reader found."""
+    """Rows that a reader found."""
 
     rows: Rows
     """Shape (rows, columns), oldest first."""
@@ -173,7 +173,7 @@ class RingReader:
         return None
 
     def read(self, most: int | None = None) -> Read:
-        """What has come since the last call, at most so many rows; none is an empty array."""
+        """Rows since the last call, at most so many; none is an empty array."""
         newest, missed = self.newest(), 0
         oldest = max(newest - self.facts.slots + 1, 1)
         if self.next < oldest:

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class AgeGroup(IntEnum):
-    """Who the patient is, as guidelines divide them; stored in recordings: never renumber."""
+    """Age group of the patient, as guidelines divide them; stored in recordings: never renumber."""
 
     NEONATE = 0
     CHILD = 1

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Setpoints(NamedTuple):
-    """What a tick wants of the machine, before the servos turn it into volts.
+    """Setpoints of the machine in a tick, before the servos turn them into volts.
 
     Procedure and control propose one of these; the governor may only narrow it.
     """

@@ -151,7 +151,7 @@ CACHE_FOLDER = prepare_cache()
 
 
 def is_core(function: Callable[..., object]) -> bool:
-    """Whether `sources_hash` tells of any change of a function: not of one made in a call."""
+    """True where `sources_hash` tells of any change of a function: not of one made in a call."""
     source = Path(function.__code__.co_filename)
     if not source.is_relative_to(PACKAGE) or "<locals>" in function.__qualname__:
         return False

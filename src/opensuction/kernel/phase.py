@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class Phase(IntEnum):
-    """What the machine is doing. Gerunds; the numbers are stored in recordings: never renumber."""
+    """Phase of the machine. Gerunds; the numbers are stored in recordings: never renumber."""
 
     PARKED = 0
     """Tip out of the patient, valve closed, ready."""

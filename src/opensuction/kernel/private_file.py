@@ -98,7 +98,7 @@ def make_new_folder(path: Path) -> None:
 
 
 def is_own_folder(path: Path) -> bool:
-    """Whether it is a folder, no link, that belongs to this user and that nobody else may enter."""
+    """True for a folder, no link, that belongs to this user and that nobody else may enter."""
     try:
         status = path.lstat()
     except OSError:

@@ -11,7 +11,7 @@ force that is computed from it overflows."""
 
 
 class Monitor(NamedTuple):
-    """What a patient monitor at the bedside tells, where there is one; with flags as `Readings`."""
+    """Values of a patient monitor at the bedside, where there is one; with flags as `Readings`."""
 
     connected: bool
     """The link is up and values arrive."""
@@ -64,7 +64,7 @@ class Readings(NamedTuple):
 
 @compiled
 def is_number(value: float) -> bool:
-    """Whether a reading can be one: not a number, infinite and absurdly large ones cannot.
+    """True where a reading can be one: not a number, infinite and absurdly large ones cannot.
 
     What is averaged from such a value would stay not a number for ever, and no comparison with a
     limit would hold any more.

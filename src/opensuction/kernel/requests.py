@@ -47,7 +47,7 @@ class Requests(NamedTuple):
 
 
 class Host(NamedTuple):
-    """What the process around the core reports of itself."""
+    """Reports of the process around the core on itself."""
 
     overrun: bool
     """The previous tick ended after its deadline."""

@@ -51,7 +51,7 @@ def write(slots: Words, number: np.uint64, row: Words) -> None:
 
 @compiled
 def holds(slot: Words, number: np.uint64) -> bool:
-    """Whether a slot holds the row of that number, whole."""
+    """True where a slot holds the row of that number, whole."""
     last = slot.size - 1
     same = slot[0] == number and slot[last] == number
     return bool(same and slot[last - 1] == _sum(slot, number))

@@ -158,7 +158,7 @@ class SimulatedHand(Protocol):
         """
 
     def feels_carina(self) -> bool | None:
-        """Whether it feels the carina; None where the machine does not say."""
+        """True while it feels the carina; None where the machine does not say."""
 
 
 class TruthRead(NamedTuple):

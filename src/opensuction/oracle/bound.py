@@ -10,7 +10,7 @@ from opensuction.kernel.age_group import AgeGroup
 
 
 class AgeBounds(NamedTuple):
-    """What a patient of an age may bear in a run; times are sums over all stretches."""
+    """Bounds on the exposure of a patient of an age in a run; times are sums over all stretches."""
 
     contact_s: float
     """With the tip on the carina."""

@@ -47,7 +47,7 @@ BENCH_MARGIN_MM = 1.0
 
 
 class PatientExposure(NamedTuple):
-    """What the patient had to bear; nan where there is no patient to bear it."""
+    """Exposure of the patient; nan where there is no patient to bear it."""
 
     inside_at_end: bool
     """The tip is still in the airway."""
@@ -85,13 +85,13 @@ def outside_mm(machine: Machine, tip_mm: Array) -> float:
 
 
 def find_inside(machine: Machine, tip_mm: Array) -> Ticks:
-    """In which ticks of a whole run the tip was in the airway."""
+    """True in the ticks of a whole run in which the tip was in the airway."""
     inside: Ticks = tip_mm > outside_mm(machine, tip_mm)
     return inside
 
 
 def _find_unsafe_pressure(machine: Machine, truth: Truth) -> Ticks:
-    """In which ticks the airway's pressure was too low or too high; nobody is on the bench."""
+    """True in ticks in which the airway's pressure was too low or too high; never on the bench."""
     pressure, person = truth["truth.relaxed_pressure_cmh2o"], machine.patient
     if not machine.has_patient:
         return np.zeros(pressure.size, dtype=np.bool_)
@@ -101,7 +101,7 @@ def _find_unsafe_pressure(machine: Machine, truth: Truth) -> Ticks:
 
 
 def _lengths_s(time_s: Array) -> Array:
-    """How long each tick lasts; the last one as the one before it, one alone not at all."""
+    """Length of each tick; the last one as the one before it, one alone has none."""
     if time_s.size < 2:
         return np.zeros_like(time_s)
     lengths: Array = np.diff(time_s, append=2.0 * time_s[-1] - time_s[-2])
@@ -130,7 +130,7 @@ def _most(values: Array, where: Ticks) -> float:
 
 
 def _felt_shift_mm(truth: Truth) -> Array:
-    """Where the carina was when the tip met it: a tick before its place is written down anew.
+    """Shift of the carina when the tip met it: a tick before its place is written down anew.
 
     The bedside moves the carina after the tip has moved; a cough moves it by half a millimetre.
     """
@@ -140,7 +140,7 @@ def _felt_shift_mm(truth: Truth) -> Array:
 
 
 def measure(machine: Machine, truth: Truth) -> PatientExposure:
-    """What a run came to for the patient. machine: as it was built, before any fault.
+    """Measure the exposure of the patient in a run. machine: as it was built, before any fault.
 
     truth: its columns, at least one tick. Raises ValueError for a value that is no number.
     """
@@ -158,7 +158,7 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
     lengths_s = _lengths_s(truth["time_s"])
 
     def sum_s(holds: Ticks) -> float:
-        """For how long something held, all stretches together."""
+        """Time for which something held, all stretches together."""
         return float(lengths_s[holds].sum())
 
     def patient(name: str, of: np.ufunc) -> float:

@@ -27,7 +27,7 @@ class Harm(NamedTuple):
 
     @property
     def is_broken(self) -> bool:
-        """Whether it was more than may be borne."""
+        """True where the worst value is beyond the limit."""
         if self.name == SATURATION:
             return self.worst < self.limit
         return self.worst > self.limit
@@ -62,7 +62,7 @@ NAMES = (
 
 
 def deepest_mm(machine: Machine, cap_mm: float) -> float:
-    """How deep the tip may get: to its cap, and no further past the carina than force presses it.
+    """Greatest depth of the tip: its cap, and no further past the carina than force presses it.
 
     A tip that is further past it is in a bronchus. cap_mm: deepest position that was planned.
     """
@@ -86,13 +86,13 @@ def _rest(borne: PatientExposure) -> Harm:
 
 
 def _of_machine(machine: Machine, borne: PatientExposure, cap_mm: float) -> tuple[Harm, ...]:
-    """What holds on the bench, too."""
+    """Bounds that hold on the bench, too."""
     force = Harm(FORCE, borne.force_peak_n, FORCE_N, "N")
     return _rest(borne), _depth(machine, borne, cap_mm), force
 
 
 def _of_patient(machine: Machine, borne: PatientExposure) -> tuple[Harm, ...]:
-    """What takes somebody to bear it."""
+    """Bounds that need a patient."""
     person = machine.patient
     bounds = BOUNDS[AgeGroup(person.age_group)]
     return (

@@ -68,7 +68,7 @@ class LongRun:
         self._done: list[Judged] = []
 
     def add(self, truth: Mapping[str, Array]) -> None:
-        """What was so in the next ticks: columns by name, at least `exposure.COLUMNS`."""
+        """Take the truth of the next ticks: columns by name, at least `exposure.COLUMNS`."""
         left = {name: np.array(truth[name]) for name in COLUMNS}
         while left["time_s"].size:
             if self._outside_mm is None:
@@ -86,18 +86,18 @@ class LongRun:
                 self.begin()
 
     def begin(self) -> None:
-        """What comes from now on is judged apart from what was."""
+        """Judge all that comes from now on apart from what was."""
         if self._parts:
             self._done.append(self._judge())
         self._parts = []
 
     @property
     def runs(self) -> tuple[Judged, ...]:
-        """What it has come to so far, piece by piece."""
+        """Judgements so far, piece by piece."""
         return (*self._done, self._judge()) if self._parts else tuple(self._done)
 
     def _find_end(self, time_s: Array, inside: Ticks) -> int:
-        """How many of these ticks belong to the present piece."""
+        """Number of these ticks that belong to the present piece."""
         known_s = self.last_inside_s if self.last_inside_s >= self._first_s else -math.inf
         last_s = np.maximum(np.maximum.accumulate(np.where(inside, time_s, -math.inf)), known_s)
         rested = np.where(

@@ -72,7 +72,7 @@ STATE_PLACES = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("stat
 
 
 class Before(NamedTuple):
-    """What a controller left that ran here before."""
+    """State left behind by the controller that ran here before."""
 
     kept: Interlocks
     off_s: float
@@ -84,7 +84,7 @@ class Before(NamedTuple):
 
 
 def read_before(folder: Path) -> Before | None:
-    """What is left of the last controller in this folder; None of none, or of another version.
+    """State left by the last controller in this folder; None of none, or of another version.
 
     It lies in its ring, or, where its machine is gone with all else, in what was handed on.
     """
@@ -133,7 +133,7 @@ def _read_ring(folder: Path) -> Before | None:
 
 
 def _has_died(folder: Path) -> bool:
-    """Whether the last controller did not say that it ended."""
+    """True where the last controller did not say that it ended."""
     try:
         told = EventReader(folder / EVENTS).read()[0]
     except InputError:
@@ -142,7 +142,7 @@ def _has_died(folder: Path) -> bool:
 
 
 def _first_readings(port: Port) -> Readings:
-    """What the machine reads now. Raises InputError where it says nothing."""
+    """First readings of the machine. Raises InputError where it gives none."""
     found: Array = np.zeros(len(READINGS))
     ends = time.monotonic() + ANSWERS_S
     while not port.read(found):
@@ -227,7 +227,7 @@ def beside(name: str, key: str) -> str:
 
 
 def _read_configuration(folder: Path) -> Configuration:
-    """What the controller shall be set to. Raises InputError where there is nothing."""
+    """Settings that the controller shall take. Raises InputError where there are none."""
     try:
         text = (folder / CONFIGURATION).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

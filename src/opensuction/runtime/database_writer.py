@@ -30,7 +30,7 @@ Task = Callable[[Records], None]
 
 
 class Context(NamedTuple):
-    """What goes with an entry."""
+    """Machine and settings that an entry belongs to."""
 
     about: About
     settings_hash: str
@@ -69,7 +69,7 @@ class DatabaseWriter:
 
     @property
     def is_idle(self) -> bool:
-        """Whether everything is stored that was handed over."""
+        """True once everything that was handed over is stored."""
         return not self._tasks
 
     def follow(self, row: int) -> None:
@@ -81,7 +81,7 @@ class DatabaseWriter:
 
     @property
     def has_caught_up(self) -> bool:
-        """Whether all is on record of the controllers before the one that is followed."""
+        """True once the controllers before the one that is followed are wholly on record."""
         return self._caught_up == self._followed
 
     def _caught_up_with(self, followed: int) -> None:
@@ -153,7 +153,7 @@ class DatabaseWriter:
             self._records.close()
 
     def _try(self, task: Task) -> bool:
-        """Whether nothing is left to do of a task."""
+        """Run a task; true where nothing of it is left to do."""
         try:
             if self._records is None:
                 self._records = Records.open_for_machine(self._database)

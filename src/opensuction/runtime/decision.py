@@ -45,14 +45,14 @@ def _alarm(condition: Condition, is_escalated: bool) -> Alarm:
 
 
 class Decision(NamedTuple):
-    """What the controller says in a tick."""
+    """Decision of the controller in a tick."""
 
     outputs: Outputs
     """All of it, as numbers."""
 
     @property
     def commands(self) -> Commands:
-        """What the drives shall do until the next tick."""
+        """Commands that the drives follow until the next tick."""
         return self.outputs.commands
 
     @property
@@ -73,6 +73,6 @@ class Decision(NamedTuple):
 
     @property
     def refusal(self) -> str | None:
-        """Why the last start was refused; None where none was."""
+        """Reason why the last start was refused; None where none was."""
         refusal = Refusal(self.outputs.counters.refusal)
         return None if refusal == Refusal.NONE else name_of(refusal)

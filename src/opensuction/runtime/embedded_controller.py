@@ -65,7 +65,7 @@ def _check_type(name: str, value: object, kind: type) -> None:
 
 
 def _values(readings: Readings, requests: Requests) -> list[float | bool]:
-    """What a row has of them. Raises InputError."""
+    """Readings and requests as the values of a row. Raises InputError."""
     _check_type("readings", readings, Readings)
     _check_type("readings.monitor", readings.monitor, Monitor)
     _check_type("requests", requests, Requests)
@@ -78,7 +78,7 @@ def _values(readings: Readings, requests: Requests) -> list[float | bool]:
 
 
 def _mask(conditions: Iterable[str]) -> int:
-    """What the host sees, as the core takes it. Raises InputError for an unknown name."""
+    """Conditions of the host as a bit mask. Raises InputError for an unknown name."""
     if isinstance(conditions, str):
         raise InputError(f"conditions is {conditions!r:.60}: should be several names")
     found = set()

@@ -20,7 +20,7 @@ from opensuction.records.entry import BoundFile
 
 
 class Note(NamedTuple):
-    """What is known of a recording that is being written."""
+    """Extents on disk of a recording that is being written."""
 
     cycle_recording: str
     """Name of its first part."""
@@ -81,7 +81,7 @@ class Flushed:
 
 
 def _read(path: Path) -> dict[str, Note]:
-    """What is kept there; nothing where it cannot be read."""
+    """Notes that are kept there; none where they cannot be read."""
     with contextlib.suppress(OSError, ValueError, TypeError, AttributeError):
         told = json.loads(path.read_text(encoding="utf-8"))
         return {name: _to_note(*fields) for name, fields in told.items()}
@@ -108,7 +108,7 @@ def _to_note(
 
 
 def bind(name: str, note: Note) -> BoundFile:
-    """What is to be put on record of a file, by its note and by what lies there.
+    """Entry for the records on a file, from its note and from the file that lies there.
 
     A file that is neither as before its last write nor as after it, nor ends within it, was cut or
     changed: what its recorder wrote goes on record, and an audit finds the file otherwise.

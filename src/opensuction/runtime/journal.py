@@ -98,7 +98,7 @@ class Journal:
 
     @property
     def is_in_cycle(self) -> bool:
-        """Whether a cycle is on record that has not ended."""
+        """True while a cycle is on record that has not ended."""
         return self._on_record
 
     def find_begun(self, row: Array | None) -> Entry | None:
@@ -108,7 +108,7 @@ class Journal:
         return self._begin(row, NOBODY)
 
     def miss(self, first: Array, ticks: int) -> Entry:
-        """What is on record of rows that are missing. first: the one behind them."""
+        """Entry on rows that are missing. first: the one behind them."""
         detail = f"{ticks} ticks: what happened in them is not on record"
         return self._entry("missed", first, Action(MACHINE, "rows-missed", detail))
 
@@ -150,7 +150,7 @@ class Journal:
         return datetime.fromtimestamp((self._run.began_utc_ns + monotonic_ns) / NS_PER_S, tz=UTC)
 
     def _look(self, row: Array, mask: int) -> Iterator[Entry]:
-        """What is new in a row."""
+        """Entries on the news in a row."""
         phase, left_rest = Phase(int(row[_PHASE])), float(row[_LEFT])
         self._trips |= int(row[_TRIPS])
         if left_rest != self._left_rest and self._left_rest != AT_REST:
@@ -169,7 +169,7 @@ class Journal:
         self._known = mask
 
     def _rest(self, row: Array, phase: Phase) -> Iterator[Entry]:
-        """What ends as the machine comes to rest."""
+        """Entries on all that ends as the machine comes to rest."""
         if self._on_record:
             self._on_record = False
             yield self._entry("end", row, self._outcome(phase))
@@ -184,7 +184,7 @@ class Journal:
         return CycleEnd(Outcome.ABORTED, ", ".join(filter(None, (self._why, *trips))))
 
     def _is_repeated(self, ask: str, who: str, at: datetime) -> bool:
-        """Whether a stop of nobody who signed in has been put on record a moment ago."""
+        """True for a stop, by nobody who signed in, that was put on record a moment ago."""
         if ask != STOP or not who.startswith(ANYBODY):
             return False
         last = self._stops.get(who)
@@ -199,7 +199,7 @@ class Journal:
         return False
 
     def _hear(self, event: ProcessEvent) -> Iterator[Entry]:
-        """What was told in words."""
+        """Entries on an event that a process told."""
         fields = event.fields
         kind, verdict = str(fields["kind"]), str(fields.get("verdict", ""))
         at = self._at(float(fields.get("time_ns", 0)))

@@ -50,12 +50,12 @@ def spawn(folder: Path, module: str, *arguments: str) -> subprocess.Popen[bytes]
 
 
 def log_of(folder: Path, module: str) -> Path:
-    """Where a process says what it has to say."""
+    """Log file of a process."""
     return folder / f"{module.rpartition('.')[2]}.log"
 
 
 def last_words(folder: Path, module: str) -> str:
-    """What a process said last; empty where it has said nothing."""
+    """Last line in the log of a process; empty where there is none."""
     try:
         lines = log_of(folder, module).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
@@ -114,7 +114,7 @@ def _has_rows(path: Path) -> bool:
 
 
 def _inode(path: Path) -> int:
-    """Which file it is; 0 of none. A controller's ring is a new one."""
+    """Inode of a file, 0 of none. A controller's ring is a new one."""
     try:
         return path.stat().st_ino
     except OSError:

@@ -75,7 +75,7 @@ _STATE = slice(_OUTPUTS.stop, _OUTPUTS.stop + len(STATE_COLUMNS))
 
 
 def _places(columns: tuple[str, ...], head: str) -> slice:
-    """Where the columns of a record lie within a row."""
+    """Slice of a row that holds the columns of a record."""
     found = [i for i, name in enumerate(columns) if name.startswith(f"{head}.")]
     return slice(found[0], found[-1] + 1)
 
@@ -96,7 +96,7 @@ _SENT_WANTED, _SENT_RESET, _SENT_RELEASED = (
 
 
 class Around(NamedTuple):
-    """What the loop talks to. None of it ever makes it wait."""
+    """Partners of the loop. None of them ever makes it wait."""
 
     port: Port
     mailbox: Mailbox
@@ -136,7 +136,7 @@ class ControlLoop:
 
     @property
     def is_resting(self) -> bool:
-        """Whether it waits for a person."""
+        """True while it waits for a person."""
         return self.tick > 0 and self._outputs[_PHASE] in RESTING
 
     def step(self, deadline_ns: int, skipped: int) -> None:
@@ -174,7 +174,7 @@ class ControlLoop:
             self._inputs[_VALID] = 0.0
 
     def _hear(self) -> Requests:
-        """What people ask for in this tick."""
+        """Requests of people in this tick."""
         requests, answers = self._around.mailbox.receive()
         if self.stopping:
             requests = requests._replace(abort=True)

@@ -14,7 +14,7 @@ NOWHERE = (0, 0)
 
 
 class About(NamedTuple):
-    """What is known before a cycle."""
+    """Facts known before a cycle."""
 
     machine: Machine
     catheter: Catheter
@@ -39,7 +39,7 @@ def write(folder: Path, about: About, name: str = ABOUT) -> None:
 
 
 def identity(folder: Path) -> tuple[int, int]:
-    """Which file says so: another one, another answer; `NOWHERE` for none."""
+    """Inode and time of change of the file with the machine's identity; `NOWHERE` for none."""
     try:
         found = (folder / ABOUT).stat()
     except OSError:

@@ -69,18 +69,18 @@ def find(name: str) -> Path:
 
 
 def _usual() -> Path:
-    """Where the folders of this user's machines lie, unless somebody else has made that first."""
+    """Usual folder of this user's machines, unless somebody else has made it first."""
     return MEMORY / f"opensuction-{os.geteuid()}"
 
 
 def _candidates() -> list[Path]:
-    """Where they may lie."""
+    """Folders that may hold this user's machines."""
     usual = _usual()
     return [usual, *sorted(MEMORY.glob(f"{usual.name}-*"))]
 
 
 def _new() -> Path:
-    """Where they lie once the first is made."""
+    """Folder for this user's machines where there is none yet."""
     usual = _usual()
     if not os.path.lexists(usual):
         return usual
@@ -108,7 +108,7 @@ def make(name: str) -> Path:
 
 
 def passed_by(folder: Path) -> str:
-    """Why a machine's folder does not lie where it usually does, in words; empty where it does."""
+    """Reason why a machine's folder does not lie in the usual place; empty where it does."""
     if folder.parent == (usual := _usual()):
         return ""
     return f"{usual} is not this user's alone, and is left as it is: the machine is in {folder}"

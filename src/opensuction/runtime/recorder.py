@@ -53,7 +53,7 @@ def name_of(run: str, left_rest: float) -> str:
 
 
 def is_after(recording: str | None, run: str, tick: float) -> bool:
-    """Whether it is of a cycle of this run that began after a tick."""
+    """True where a recording is of a cycle of this run that began after a tick."""
     head, _, number = (recording or "").removesuffix(".mcap").rpartition("-")
     return head == run and number.isdecimal() and int(number) > tick
 
@@ -122,7 +122,7 @@ class Recorder:
         return self._offset + self._writer.written_rows
 
     def take(self, found: Read, happened: Sequence[ProcessEvent]) -> None:
-        """What the ring has given, and what was told till then.
+        """Take the rows that the ring has given, and the events until then.
 
         Where it cannot be kept `lost` says why, and all after `kept` is to be given again.
         """
@@ -180,7 +180,7 @@ class Recorder:
             self._missed = 0
 
     def _tell(self, happened: Sequence[ProcessEvent]) -> None:
-        """What was told: now, and with a recording that begins soon."""
+        """Take events: for now, and for a recording that begins soon."""
         self._heard.extend(happened)
         if self._writer is not None:
             self._add(self._writer, happened)

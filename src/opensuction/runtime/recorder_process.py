@@ -58,7 +58,7 @@ _STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 
 
 class Keeping(NamedTuple):
-    """Where it is put on record, and noted how far."""
+    """Database writer, and the notes of how far it and the recorder have come."""
 
     writer: DatabaseWriter
     mark: ReadCheckpoint
@@ -66,7 +66,7 @@ class Keeping(NamedTuple):
 
 
 class ControllerSession:
-    """Where everything goes that one controller publishes."""
+    """Recording and records of all that one controller publishes."""
 
     def __init__(self, folder: Path, out: Path, source: Source, keeping: Keeping) -> None:
         self._folder, self._source = folder, source
@@ -95,11 +95,11 @@ class ControllerSession:
 
     @property
     def lost(self) -> str:
-        """Why something is not kept; empty where all is."""
+        """Reason why something is not kept; empty where all is."""
         return self._recorder.lost or self._writer.lost
 
     def _describe(self) -> Heading:
-        """What recordings of this controller say of themselves."""
+        """Heading of the recordings of this controller."""
         text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
         chosen = configuration.from_json(text)
         self._about, self._about_of = (
@@ -117,14 +117,14 @@ class ControllerSession:
         )
 
     def _ask_whose(self) -> None:
-        """Whose machine it is by now: a catheter is changed without other settings."""
+        """Read the machine's identity again: a catheter is changed without other settings."""
         found = machine_identity.identity(self._folder)
         if found not in (self._about_of, machine_identity.NOWHERE):
             self._about_of, self._about = found, machine_identity.read(self._folder)
             self._context = self._context._replace(about=self._about)
 
     def take(self, found: Read, happened: list[ProcessEvent]) -> None:
-        """What the controller has published."""
+        """Record the rows and events that the controller has published."""
         self._ask_whose()
         self._recorder.take(found, happened)
         kept = self._recorder.kept
@@ -214,7 +214,7 @@ class RecorderService:
         self._heartbeat.end(Process.KEEPING)
 
     def _finish_before(self, run: str) -> None:
-        """What a controller left whose recorder died, too, maybe before it had read anything.
+        """Record the rest of a controller whose recorder died, too, maybe with nothing read yet.
 
         run: of the controller after it. Once a row of this one was read, all of it was taken.
         """
@@ -247,7 +247,7 @@ class RecorderService:
             sys.stderr.flush()
 
     def _hear_watch(self) -> list[ProcessEvent]:
-        """What the supervisor has told since the last call, whichever there is."""
+        """Events of the supervisor since the last call, whichever supervisor there is."""
         if self._watch.look() and self._watch.reader is not None:
             self._watched = EventReader(self._watch.reader)
         return [] if self._watched is None else self._watched.read()[0]

@@ -49,7 +49,7 @@ class Difference(NamedTuple):
 
 
 class Replay(NamedTuple):
-    """What a replay found."""
+    """Result of a replay."""
 
     ticks: int
     """Compared."""
@@ -66,14 +66,14 @@ class Replay(NamedTuple):
 
 
 def _differs(recorded: Table, replayed: Table) -> Flags:
-    """Which numbers are not the same in every bit; a number that is none is like any other."""
+    """True at numbers that differ in any bit; two that are not a number count as the same."""
     other: Flags = recorded.view(np.uint64) != replayed.view(np.uint64)
     other &= ~(np.isnan(recorded) & np.isnan(replayed))
     return other
 
 
 def _is_far(recorded: Table, replayed: Table) -> Flags:
-    """Which of two numbers that differ are not equivalent."""
+    """True where two numbers that differ are not equivalent."""
     with np.errstate(invalid="ignore"):
         apart = np.abs(recorded - replayed)
         allowed = TOLERANCE * np.maximum(1.0, np.maximum(np.abs(recorded), np.abs(replayed)))
@@ -116,7 +116,7 @@ class _Player:
             self._play(part)
 
     def _goes_on(self, row: Table) -> bool:
-        """Whether the controller itself made none of the ticks before a row: they were missed.
+        """True where the controller itself made none of the ticks before a row: they were missed.
 
         Then the row is what comes of the state that the last one left, and nothing is missing.
         """

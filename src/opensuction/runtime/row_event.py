@@ -29,7 +29,7 @@ _TICK, _PHASE, _CAUSE, _TRIPS, _PRESENT, _LATCHED = (
 
 
 class Seen(NamedTuple):
-    """What was so in the row before."""
+    """State in the row before, to find changes by."""
 
     phase: int
     trips: int
@@ -46,7 +46,7 @@ def told(rows: Array) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
 
 
 def seen_in(row: Array) -> Seen:
-    """What is so in a row."""
+    """State in a row."""
     return Seen(int(row[_PHASE]), int(row[_TRIPS]), int(told(row[np.newaxis])[0]))
 
 
@@ -70,7 +70,7 @@ def find(rows: Array, before: Seen) -> Iterator[tuple[int, RecordedEvent]]:
 
 
 def of_happening(happening: ProcessEvent) -> RecordedEvent:
-    """What the loop has told in words."""
+    """Recorded event of one that the loop has told."""
     fields = happening.fields
     return RecordedEvent(
         int(fields.get("tick", 0)),

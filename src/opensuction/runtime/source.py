@@ -18,7 +18,7 @@ _STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 
 
 class Left(NamedTuple):
-    """What is known as a controller is followed from somewhere on."""
+    """State that is known where following a controller begins."""
 
     before: Array | None
     """The row before the first; None of none, and where rows are missing."""
@@ -67,7 +67,7 @@ class Source:
         return Left(found.rows[0], found.rows[0, _STATE], goes_on)
 
     def read(self) -> tuple[Read, list[ProcessEvent]]:
-        """What has come since the last call."""
+        """Rows and events since the last call."""
         return self._rows.read(), self._hear()
 
     def drain(self) -> tuple[Read, list[ProcessEvent]]:
@@ -84,7 +84,7 @@ class Source:
         self._rows.next = row + 1
 
     def is_replaced(self) -> bool:
-        """Whether another controller writes by now."""
+        """True once another controller writes."""
         try:
             return self._path.stat().st_ino != self._inode
         except OSError:

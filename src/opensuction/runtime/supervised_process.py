@@ -64,7 +64,7 @@ class SupervisedProcess:
         return self._pid
 
     def last_words(self) -> str:
-        """Why it died, as far as it could say so."""
+        """Reason why it died, as far as it could say so."""
         return launch.last_words(self.folder, self.module) or "it was killed or crashed"
 
     def begin(self) -> str:
@@ -86,13 +86,13 @@ class SupervisedProcess:
         self._tried.append(self._begun_s)
 
     def is_alive(self) -> bool:
-        """Whether there is such a process."""
+        """True while there is such a process."""
         if self._process is not None:
             return self._process.poll() is None
         return self._pid is not None and holder(self._lock) == self._pid
 
     def works(self) -> bool:
-        """Whether it has given a sign since it was begun."""
+        """True once it has given a sign of life since it was begun."""
         since_s = time.monotonic() - self._begun_s
         return self.is_alive() and self._heartbeat.age_s(self._life) < since_s
 

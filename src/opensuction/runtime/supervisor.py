@@ -129,7 +129,7 @@ class Supervisor:
         return [*told, *self._look_at_keeping()]
 
     def _look_at_keeping(self) -> list[SupervisorNotice]:
-        """Whether the recorder can keep what it hears: a disk may be full, a database gone."""
+        """Notice where the recorder can keep nothing: a disk may be full, a database gone."""
         since_s = self._heartbeat.age_s(Process.KEEPING)
         lives = self._heartbeat.age_s(Process.RECORDER) < MISSED_S
         silent = lives and since_s > MISSED_S and self._heartbeat.is_expected(Process.KEEPING)

@@ -22,7 +22,7 @@ from opensuction.safety.priority import Onset, Severity
 
 
 class ConditionRow(NamedTuple):
-    """What is laid down about a condition."""
+    """Texts and handling that are laid down for a condition."""
 
     sentence: str
     """What is wrong, without its capital and full stop."""
@@ -41,7 +41,7 @@ TORQUE_OFF = Reaction.TORQUE_OFF
 
 
 class Condition(IntEnum):
-    """What can be wrong, by part of the machine. Never renumber: recordings hold these.
+    """Alarm condition, by part of the machine. Never renumber: recordings hold these.
 
     Sets of conditions are bit masks; the governor's mask of trips is one of them.
     """

@@ -64,5 +64,5 @@ def strongest_reaction(trips: int) -> int:
 
 @compiled
 def cuts_vacuum(trips: int) -> bool:
-    """Whether any trip in a mask demands that the vacuum be cut."""
+    """True where any trip in a mask demands that the vacuum be cut."""
     return trips & CUTTING_VACUUM != 0

@@ -10,7 +10,7 @@ from opensuction.safety.priority import PRIORITIES, Onset, Priority, Severity
 
 
 class Reaction(IntEnum):
-    """What the governor does to a proposal, mildest first. Never renumber: recordings hold these.
+    """Reaction of the governor to a proposal, mildest first. Never renumber: recordings hold these.
 
     Each includes what it must of those before it.
     """
@@ -27,7 +27,7 @@ class Reaction(IntEnum):
 
 
 class Handling(NamedTuple):
-    """How a condition is announced, and what the governor does about it."""
+    """Announcement of a condition, and the governor's reaction to it."""
 
     severity: Severity
     onset: Onset
@@ -100,7 +100,7 @@ def trip(
 
 
 def patient(severity: Severity, onset: Onset) -> Handling:
-    """What the patient's monitor shows: the catheter comes out, without suction.
+    """Handling of a condition of the patient's monitor: the catheter comes out, without suction.
 
     In a cycle it is a trip, which the governor latches; at rest the alarm ends with its cause.
     """

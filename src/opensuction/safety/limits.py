@@ -7,7 +7,7 @@ from opensuction.safety.tip_bound import TipBounds
 
 
 class DriveLimits(NamedTuple):
-    """What the insertion motor's current means, and what of it is too much."""
+    """Force of the insertion motor for its current, and the limits of that force."""
 
     newton_per_a: float
     """Force at the head for each ampere."""
@@ -29,7 +29,7 @@ class DriveLimits(NamedTuple):
 
 
 class WindowLimits(NamedTuple):
-    """Where the tip may and must meet something: see `opensuction.safety.watch.contact_window`."""
+    """Window in which the tip may and must touch: see `opensuction.safety.watch.contact_window`."""
 
     from_mm: float
     """A tip that is nowhere deeper has nothing to touch."""
@@ -46,7 +46,7 @@ class ValveLimits(NamedTuple):
 
 
 class LineLimits(NamedTuple):
-    """What a sound suction line does: see `opensuction.safety.watch.vacuum_signature`."""
+    """Limits of a sound suction line: see `opensuction.safety.watch.vacuum_signature`."""
 
     open_low_share: float
     """Share of the set point that it keeps at least with the valve open."""
@@ -66,7 +66,7 @@ class LineLimits(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What the governor holds. Every value is set for the patient; none has a default."""
+    """Limits of the governor. Every value is set for the patient; none has a default."""
 
     tip: TipBounds
     drive: DriveLimits

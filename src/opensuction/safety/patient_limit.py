@@ -43,7 +43,7 @@ SINKING_S = 0.7
 
 
 class AgeLimits(NamedTuple):
-    """What is set by age; sources in `SOURCES`."""
+    """Limits of a patient by age; sources in `SOURCES`."""
 
     spo2_percent: Annotated[float, Meaning("lowest saturation, as the oximeter shows it")]
     heart_rate_per_min: Annotated[float, Meaning("lowest heart rate")]

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Priority(IntEnum):
-    """How soon somebody must act. Never renumber: recordings hold these."""
+    """Priority of an alarm: how soon somebody must act. Never renumber: recordings hold these."""
 
     NONE = 0
     LOW = 1
@@ -30,7 +30,7 @@ class Severity(IntEnum):
 
 
 class Onset(IntEnum):
-    """How soon the harm may occur."""
+    """Time to the harm."""
 
     DELAYED = 0
     """Not within minutes."""

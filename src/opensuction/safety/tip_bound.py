@@ -16,7 +16,7 @@ GAP_MOST = 1.3
 
 
 class TipBounds(NamedTuple):
-    """How far the tip can be ahead of or behind the head."""
+    """Bounds on the tip's lead and lag against the head."""
 
     gain: float
     """Tip travel for each mm of head travel."""
@@ -27,7 +27,7 @@ class TipBounds(NamedTuple):
 
 
 class TipInterval(NamedTuple):
-    """Where the catheter can be behind the gap, in head travel."""
+    """Interval of the catheter behind the gap, in head travel."""
 
     foremost_mm: float
     rearmost_mm: float

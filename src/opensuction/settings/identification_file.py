@@ -235,7 +235,7 @@ def _parameter(entry: object, where: str) -> IdentifiedParameter:
 
 
 def to_calibration(identified: Identified, path: Path | str) -> Calibration:
-    """What a compensator needs: the model, the servo's feedforward, and what was measured.
+    """Calibration for a compensator: the model, the servo's feedforward, and measured sections.
 
     Of a file without measured sections every other model is the plain backlash of its model.
 

@@ -29,7 +29,7 @@ MOST_FACTORS: Final = 100_000
 
 
 class Structure(NamedTuple):
-    """What the parameters of a superposition over one input belong to."""
+    """Structure behind the parameters of a superposition over one input."""
 
     column: str
     """The input."""
@@ -74,7 +74,7 @@ class ModelPart(NamedTuple):
 
 
 class FittedPart(NamedTuple):
-    """What a fit found for one input of a superposition."""
+    """Fitted model of one input of a superposition."""
 
     column: str
     input_: Array

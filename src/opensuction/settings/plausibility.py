@@ -33,7 +33,7 @@ HALF_WAY_MM = 50.0
 
 
 class _Shape(NamedTuple):
-    """What all models of a transmission have in common."""
+    """Shape that all models of a transmission have in common."""
 
     gap_mm: float
     """Distance between both ways, mm of tip."""

@@ -167,7 +167,7 @@ def _member(field: _Field, given: object, key: str, problems: list[str]) -> Any:
 
 
 def _complaint(field: _Field, given: object, error: ValidationError) -> str:
-    """What is wrong with a value, with the limit it breaks; of a list, with its first bad entry."""
+    """Description of a bad value, with the limit it breaks; of a list, of its first bad entry."""
     details = error.errors(include_url=False, include_input=False)[0]
     kind, unit = field.type, unit_of(field.name)
     match details["loc"]:
@@ -178,7 +178,7 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
 
 
 def _deviation(details: ErrorDetails, given: object, kind: Any, unit: str) -> str:
-    """What is wrong with one value that should be of a kind."""
+    """Deviation of one value from the kind that it should be of."""
     match details["type"]:
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
             bound = trim(next(iter(details["ctx"].values())))

@@ -61,14 +61,14 @@ def showing(columns: Columns) -> tuple[Condition, ...]:
 
 
 def _teller(columns: Columns, tick: int, condition: Condition) -> str:
-    """Who raised a condition that is shown in a tick; the controller where it did so too."""
+    """Source of a condition that is shown in a tick; the controller where it raised it, too."""
     if int(columns[SAID][tick]) >> condition & 1:
         return CONTROLLER
     return next(line.by for line in LINES.values() if line.condition == condition)
 
 
 def told(columns: Columns) -> list[Annunciation]:
-    """What people were told in a run, in order of time; each condition when it is first shown.
+    """Annunciations of a run, in order of time; each condition when it is first shown.
 
     A condition that is no longer shown and comes again is told again. columns: those of `COLUMNS`
     and ``time_s``, one entry a tick. What is shown in the first tick is told then.

@@ -67,7 +67,7 @@ class LoopState(NamedTuple):
 
 
 class TraceRow(NamedTuple):
-    """What is recorded of a tick: read, wanted, let through, commanded, signalled; the truth."""
+    """Record of a tick: read, wanted, let through, commanded, signalled; the truth."""
 
     time_s: float
     phase: int
@@ -126,7 +126,7 @@ def record(
 
 
 class _Sides(NamedTuple):
-    """What a tick is set to, without an array: a reference to one is counted at every hand."""
+    """Settings of a tick, without an array: a reference to one is counted at every hand."""
 
     controller: Settings
     machine: Machine
@@ -134,7 +134,7 @@ class _Sides(NamedTuple):
 
 
 class _SidesState(NamedTuple):
-    """What a tick changes; the bedside stands still."""
+    """State that a tick changes; the bedside stands still."""
 
     tick: int
     controller: State

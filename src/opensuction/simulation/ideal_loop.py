@@ -23,7 +23,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Course(NamedTuple):
-    """What is asked of the tip, a sample a tick: the way in, the dwell and the way out."""
+    """Course of the tip's reference, a sample a tick: the way in, the dwell and the way out."""
 
     demand: Array
     """Reference, its velocity, direction of the next motion and time until it; shape (n, 4)."""

@@ -20,7 +20,7 @@ STEP_S = TICKS * DT_S
 
 
 class Worst(NamedTuple):
-    """What a patient came to at worst."""
+    """Worst values of a patient's signs."""
 
     spo2_percent: float
     """Least saturation."""
@@ -39,7 +39,7 @@ def _step_bedside(
 
 @compiled
 def find_worst(loop: Loop, state: LoopState, duration_s: float) -> Worst:
-    """What a patient comes to at worst in a time at rest; as `pass_time`."""
+    """Worst values of a patient's signs in a time at rest; arguments as of `pass_time`."""
     around, coupling = state.bedside, state.machine.coupling
     tip_mm = state.machine.airway.tip_mm
     least, most_ml = coupling.signs.spo2_percent, coupling.signs.relaxed_loss_ml

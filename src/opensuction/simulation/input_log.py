@@ -39,7 +39,7 @@ class InputSpan(NamedTuple):
 
 
 def _goes_on(span: InputSpan, after: InputSpan) -> bool:
-    """Whether nothing tells a span from the one before it."""
+    """True where nothing tells a span from the one before it."""
     same = (after.runs, after.late_until_tick) == (span.runs, span.late_until_tick)
     follows = after.end == span.first and after.tick + after.ticks == span.tick
     return same and follows and not span.set_by and span.requests == NO_REQUESTS

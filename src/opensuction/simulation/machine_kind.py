@@ -101,7 +101,7 @@ def transmitting(kind: MachineKind, chosen: TransmissionClass) -> MachineKind:
 
 
 def _nominal_model(kind: MachineKind) -> ModifiedDahl:
-    """What identifies of a kind's nominal transmission in the paper's conduit, without noise."""
+    """Model identified from a kind's nominal transmission in the paper's conduit, without noise."""
     values = parameter.nominal(kind.table)
     conduit = preset.transmission_of(values, kind.transmission)
     excitation = kind.profile.excitation

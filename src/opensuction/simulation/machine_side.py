@@ -32,14 +32,14 @@ from opensuction.twin.plant import PlantState
 
 
 class MachineSide(NamedTuple):
-    """What is played."""
+    """Machine and wiring that are simulated."""
 
     machine: Machine
     wiring: Wiring
 
 
 class MachineSideState(NamedTuple):
-    """What it remembers."""
+    """State of the machine's side."""
 
     tick: int
     plant: PlantState
@@ -49,7 +49,7 @@ class MachineSideState(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """What the machine gives, and what is so, after a tick."""
+    """Readings, commands and truth of the machine's side after a tick."""
 
     tick: int
     readings: Readings
@@ -79,7 +79,7 @@ _write_shown = row.writer(Shown, checked=False)
 
 
 class LinkMemory(NamedTuple):
-    """What the link remembers, as tables that it writes: see `link.rings`."""
+    """Memory of the link, as tables that it writes: see `link.rings`."""
 
     got: Ring
     sent: Ring
@@ -90,7 +90,7 @@ class LinkMemory(NamedTuple):
 def _obey(
     side: MachineSide, state: MachineSideState, sent: DriveMessage, new: bool, past: LinkMemory
 ) -> tuple[MachineSideState, Commands, Message]:
-    """What the drives go by in this tick, and what is shown at the bedside."""
+    """State with the bedside display, commands that the drives obey, and the message that came."""
     wires, tick = side.wiring.link, state.tick
     came = Message(sent.commands, sent.wanted, tick if new else SILENT)
     recalled = link.recall(wires, past.got, past.sent, past.shown, tick)
@@ -123,7 +123,7 @@ def _obey(
 def _report(
     side: MachineSide, state: MachineSideState, came: Message, past: LinkMemory
 ) -> tuple[MachineSideState, Readings]:
-    """What leaves for the controller after the machine has moved."""
+    """Readings that leave for the controller after the machine has moved."""
     wires, tick = side.wiring.link, state.tick
     reported = machine.read(side.machine, state.plant.machine)
     link.keep(reported, came, past.got, past.sent, past.shown, tick)
@@ -136,7 +136,7 @@ def _report(
 
 
 class _Apart(NamedTuple):
-    """What of the state no row holds, in the order of the records' fields."""
+    """Part of the state that no row holds, in the order of the records' fields."""
 
     saturations: Array
     """What the oximeter has averaged."""
@@ -145,7 +145,7 @@ class _Apart(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    """What a tick changes: arrays all of it."""
+    """Memory that a tick changes: arrays all of it."""
 
     state: Array
     """A row by the columns of `MachineSideState`."""
@@ -223,7 +223,7 @@ class MachineCall:
         self._step(self.side_row, self._memory, sent, new, self.shown_row)
 
     def put_hand(self, state: HandState) -> None:
-        """What the hand at the catheter head does from the next tick on."""
+        """Set the state of the hand at the catheter head from the next tick on."""
         self._memory.state[_HAND] = plain_row.pack(HandState, state)
 
 

@@ -41,7 +41,7 @@ class TripTime(NamedTuple):
 
 
 class Abort(NamedTuple):
-    """What broke a cycle off, in which phase, and when."""
+    """Event that broke a cycle off, with its phase and time."""
 
     event: Event
     phase: Phase
@@ -112,7 +112,7 @@ def trip_times(trace: Columns) -> tuple[TripTime, ...]:
 
 
 def find_abort(trace: Columns) -> Abort | None:
-    """What broke a cycle off; None where nothing did."""
+    """Event that broke a cycle off; None where none did."""
     broken = np.isin(trace["phase"], (Phase.ABORTING, Phase.HALTED))
     first = int(np.argmax(broken))
     if not broken[first] or first == 0:
@@ -135,7 +135,7 @@ def _mean(values: npt.NDArray[np.float64]) -> float:
 
 
 def is_completed(spans: list[PhaseSpan]) -> bool:
-    """Whether a run of these phases went on to its planned end."""
+    """True for a run of these phases that went on to its planned end."""
     closed = any(span.phase == Phase.CLOSING for span in spans)
     return closed and spans[-1].phase == Phase.PARKED
 

@@ -126,7 +126,7 @@ def rig_of(
 
 
 def bedside(machine: Machine) -> Site:
-    """Where the tip goes at the patient of a machine; it parks in the connector behind the tube."""
+    """Site of the tip at the patient of a machine; it parks in the connector behind the tube."""
     person = machine.patient
     return Site(
         park_mm=-(person.tube_length_mm + CONNECTOR_MM),
@@ -143,7 +143,7 @@ def bedside(machine: Machine) -> Site:
 
 
 def uncalibrated(profile: MachineProfile) -> Calibration:
-    """What is known without an identification: nominal transmission, plain PD."""
+    """Calibration without an identification: nominal transmission, plain PD."""
     return assume_nominal(profile.transmission, PLAIN_PD)
 
 
@@ -177,7 +177,7 @@ def assemble(
 
 
 def strokes(excitation: Excitation, inner: bool) -> tuple[Excitation, ...]:
-    """What a recording is made of: the excitation, and where ``inner`` the shorter strokes."""
+    """Strokes of a recording: the excitation, and where ``inner`` the shorter strokes."""
     shares = INNER_STROKES if inner else ()
     shorter = [
         Excitation(
@@ -223,7 +223,7 @@ def _excite(chosen: Rig, run: int, names: Sequence[str], inner: bool) -> list[Co
 
 
 def recordings(chosen: Rig, run: int, inner: bool) -> tuple[Recording, ...]:
-    """What encoder and laser saw of the identification excitation, and what drove it.
+    """Recordings of encoder, laser and motor voltage during the identification excitation.
 
     run: number of the noise stream. inner: go on with `INNER_STROKES`, a recording each; the first
     one is the same without. One is shorter than its part of the excitation where that was broken
@@ -288,7 +288,7 @@ def calibrated(
     plays: PrandtlIshlinskiiFit,
     feedforward: Feedforward,
 ) -> Calibration:
-    """What every compensator needs, from one recording and the two fits of it.
+    """Calibration for every compensator, from one recording and the two fits of it.
 
     Raises InputError where the recording does not show both branches of the loop.
     """

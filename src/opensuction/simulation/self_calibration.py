@@ -69,7 +69,7 @@ def seen(
     columns: Columns,
     cough_cmh2o: float = math.inf,
 ) -> Evidence:
-    """What a recorded cycle shows of the transmission: switch, barrier, encoder, airway pressure.
+    """Evidence on the transmission in a recorded cycle: switch, barrier, encoder, airway pressure.
 
     kind: whose model the barrier is read by. identified: as the laser found it. mouth_mm: depth of
     the barrier, infinite where there is none. cough_cmh2o: a pressure above it is a cough.
@@ -96,7 +96,7 @@ def seen(
 
 
 def _is_coughing(columns: Columns, moving: npt.NDArray[np.bool_], cough_cmh2o: float) -> bool:
-    """Whether the patient coughed around a contact. moving: ticks that are looked at."""
+    """True where the patient coughed around a contact. moving: ticks that are looked at."""
     touching = np.flatnonzero(moving & (columns["readings.contact_closed"] > 0.0))
     around = slice(max(int(touching[0]) - round(COUGH_S / DT_S), 0), int(touching[-1]) + 1)
     known = columns["readings.monitor.airway_pressure_valid"][around] > 0.0
@@ -111,7 +111,7 @@ def parking_mm(
     park_mm: float,
     held_head_mm: float,
 ) -> float:
-    """Where the tip parks on a learned transmission, the head no farther in than it was.
+    """Park position of the tip on a learned transmission, the head no farther in than it was.
 
     park_mm: where it parked. held_head_mm: head there on the identified transmission. With a gap
     that is narrower the head would come farther in; the tip parks as much farther out instead.

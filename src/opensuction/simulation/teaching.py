@@ -32,7 +32,7 @@ FINE_S = 0.02
 
 
 class Teaching(NamedTuple):
-    """What came of it."""
+    """Result of a teaching."""
 
     taught: Taught
     taught_mm: float

@@ -62,7 +62,7 @@ def by_name(table: npt.NDArray[np.float64], names: Sequence[str] = COLUMNS) -> C
 
 
 def indices(names: Sequence[str]) -> list[int]:
-    """Where a row has the columns of these names."""
+    """Indices of the columns of these names in a row."""
     return [COLUMNS.index(name) for name in names]
 
 
@@ -86,7 +86,7 @@ def join(parts: Sequence[Columns]) -> Columns:
 
 
 class Watcher(NamedTuple):
-    """Who follows a run while it is played."""
+    """Observer of a run while it is played."""
 
     hear: Callable[[npt.NDArray[np.float64]], None]
     """Hears of the last row of each piece, and may take its time."""

@@ -20,7 +20,7 @@ from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
 
 
 class Wiring(NamedTuple):
-    """What lies between the two sides."""
+    """Wiring between the two sides: link, and watchdog of the drives."""
 
     link: Link
     watchdog: DriveWatchdog
@@ -37,7 +37,7 @@ class LinkedState(NamedTuple):
 
 
 class Messages(NamedTuple):
-    """What the link remembers, as rows that it writes.
+    """Memory of the link, as rows that it writes.
 
     Without them it is not played, and nothing of it is compiled.
     """
@@ -65,7 +65,7 @@ HEALTHY = Wiring(
 
 
 class Between(NamedTuple):
-    """What lies between the two sides as a tick begins."""
+    """State between the two sides as a tick begins."""
 
     linked: LinkedState
     past: LinkPast
@@ -73,7 +73,7 @@ class Between(NamedTuple):
 
 @compiled
 def receive(wires: Link, between: Between, reported: Readings, tick: int) -> Readings:
-    """What the controller gets of what the sensors report."""
+    """Readings that the controller receives of those that the sensors report."""
     before, past = between.linked.link, between.past
     readings = link.receive_readings(wires, before, reported, past, tick)
     monitor = link.receive_monitor(wires, before, reported.monitor, past)
@@ -81,7 +81,7 @@ def receive(wires: Link, between: Between, reported: Readings, tick: int) -> Rea
 
 
 class Exchange(NamedTuple):
-    """What passes between the two sides in a tick."""
+    """Exchange between the two sides in a tick."""
 
     reported: Readings
     """By the sensors."""
@@ -95,7 +95,7 @@ class Exchange(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """What a tick leaves of what lies between the two sides."""
+    """Messages and link state between the two sides after a tick."""
 
     reported: Readings
     sent: Message
@@ -150,7 +150,7 @@ def command_drives(
 
 @compiled
 def recall(wires: Link, messages: Messages, tick: int) -> Between:
-    """What lies between the two sides as a tick begins."""
+    """State between the two sides as a tick begins."""
     linked: LinkedState = read_link(messages.state)
     past = link.recall(wires, messages.got, messages.sent, messages.shown, tick)
     return Between(linked, past)

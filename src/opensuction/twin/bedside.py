@@ -69,7 +69,7 @@ def couple(machine: Machine, state: BedsideState, tip_mm: float) -> CouplingStat
 
 @compiled
 def _stimulus(machine: Machine, coupling: CouplingState, tip_mm: float) -> float:
-    """How strongly the catheter stimulates the airway.
+    """Stimulus of the airway by the catheter, 0 to 1.
 
     Past the tube's lower end, at 0, it touches the trachea.
     """
@@ -81,7 +81,7 @@ def _stimulus(machine: Machine, coupling: CouplingState, tip_mm: float) -> float
 def _act(
     machine: Machine, state: BedsideState, stimulus: float, tip_mm: float, span_s: float
 ) -> tuple[BehaviourState, Strain]:
-    """What a lively patient does in a step, and what that does to the lung."""
+    """Advance a lively patient's behaviour by a step, with the strain that it puts on the lung."""
     habits = machine.patient.behaviour
     around = Around(
         stimulus=stimulus,

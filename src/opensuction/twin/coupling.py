@@ -41,7 +41,7 @@ NO_SIGNS = make_zero(PatientSigns)
 
 
 class CouplingState(NamedTuple):
-    """What has passed since the bedside's last step."""
+    """Exchange between machine and bedside since the bedside's last step."""
 
     ticks: int
     gas_ml: float

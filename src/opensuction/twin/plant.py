@@ -20,7 +20,7 @@ class PlantState(NamedTuple):
 
 @compiled
 def is_due(state: MachineState) -> bool:
-    """Whether the bedside steps before the machine's next tick."""
+    """True where the bedside steps before the machine's next tick."""
     return state.coupling.ticks >= TICKS
 
 

@@ -57,7 +57,7 @@ RUBBING: dict[str, Parameter] = {
 
 
 def rows(chosen: TransmissionClass) -> dict[str, Parameter]:
-    """What a class adds to a machine's table, or changes there."""
+    """Parameters that a class adds to a machine's table, or changes there."""
     if chosen.kind == TransmissionKind.BOUC_WEN:
         return BOUC_WEN
     if chosen.kind == TransmissionKind.RUBBING:

@@ -49,7 +49,7 @@ class MaxwellSlip(NamedTuple):
 
 @compiled
 def start_elements_mm(model: MaxwellSlip, head_mm: float, memory_ratio: float) -> Array:
-    """Where each element's foot stands, then the lagging input, after a past told by one number.
+    """Position of each element's foot, then the lagging input, after a past told by one number.
 
     memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 relaxed; between. The
     input has come to rest. Returns shape (k + 1,), without drag (k,).

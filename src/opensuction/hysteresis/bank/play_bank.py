@@ -39,7 +39,7 @@ class PlayBank(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Where in its cells a play stands."""
+    """Place of a play in its cells."""
 
     cell: int
     share: float

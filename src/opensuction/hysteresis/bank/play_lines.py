@@ -128,7 +128,7 @@ def total_slopes(lines: PlayLines) -> Array:
 
 
 def why_not_driven(lines: PlayLines) -> str | None:
-    """Why no head can be driven by the model; None where one can.
+    """Reason why no head can be driven by the model; None where one can.
 
     No gain may count against the head, and wherever all plays move the tip must move. A gap, where
     it does not move at all, is crossed and no reason. A slow state takes up to twice its share from

@@ -201,7 +201,7 @@ def with_factors(model: PlayReadout, factors: Array) -> PlayReadout:
 
 @compiled
 def is_rising(model: PlayReadout) -> bool:
-    """Whether the output never moves the wrong way.
+    """True where the output never moves the wrong way.
 
     A slow state has a slope from -2, after a saturated reversal, to 0: what lags must be made good
     by the play without width, wherever in the range it is.
@@ -226,7 +226,7 @@ def is_rising(model: PlayReadout) -> bool:
 
 
 def is_monotone(model: PlayReadout) -> bool:
-    """Whether the output follows the input at once everywhere and the right way."""
+    """True where the output follows the input at once everywhere and the right way."""
     direct = model.gains[model.widths_mm == 0.0].sum(axis=0)
     return bool((direct > 0.0).all()) and bool(is_rising(model))
 

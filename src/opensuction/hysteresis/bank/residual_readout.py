@@ -49,7 +49,7 @@ class ResidualReadout(NamedTuple):
 
 
 class Corner(NamedTuple):
-    """Where between two corners an input is."""
+    """Place of an input between two corners."""
 
     first: int
     """The corner before it."""

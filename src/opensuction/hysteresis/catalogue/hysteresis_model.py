@@ -62,7 +62,7 @@ def write_unit(unit: str, input_unit: str, output_unit: str) -> str:
 
 
 class Ranges(NamedTuple):
-    """Where the input and the output of a recording lie."""
+    """Ranges of the input and the output of a recording."""
 
     input_low_mm: float
     input_high_mm: float
@@ -102,7 +102,7 @@ def ranges_of(input_mm: Array, output_mm: Array) -> Ranges:
 
 
 class VectorForm(NamedTuple):
-    """How a model that is not linear in its parameters is identified: as one vector.
+    """Form for the identification of a model that is not linear in its parameters: one vector.
 
     A vector has one order, one box of bounds and one of limits, so any search, derivative or
     interval works on any model. Its last number is the memory at the first sample. A straight
@@ -122,7 +122,7 @@ class VectorForm(NamedTuple):
 
 
 class LinearForm(NamedTuple):
-    """How a model that is linear in its factors is identified: ``simulate = basis @ factors``."""
+    """Form for identifying a model linear in its factors: ``simulate = basis @ factors``."""
 
     initial_guesses: Callable[[Ranges], list[Record]]
     """Records with the elements that suit a recording and factors of 0, from coarse to fine."""

@@ -114,7 +114,7 @@ def fit(inputs: Array, output: Array, folds: Folds, rising: bool = False) -> Rea
 
 
 def _is_wide(record: PlayReadout) -> bool:
-    """Whether plays wider than `WIDE_FROM` of the range hold a share of the gains."""
+    """True where plays wider than `WIDE_FROM` of the range hold a share of the gains."""
     gains = np.abs(record.gains).sum(axis=1)
     far = record.widths_mm > WIDE_FROM * (record.high_mm - record.low_mm)
     return float(gains[far].sum()) > WIDE_SHARE * float(gains.sum())

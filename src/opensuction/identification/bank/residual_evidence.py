@@ -40,7 +40,7 @@ def _penalty(scale: float, fading: float, fades: int) -> Array:
 
 
 class Weighed(NamedTuple):
-    """What a penalty makes of a recording."""
+    """Evidence of a recording for a penalty."""
 
     surprise: float
     """Twice the negative logarithm of the evidence, but for a constant."""

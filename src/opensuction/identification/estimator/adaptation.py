@@ -34,7 +34,7 @@ SAID_AGAIN_MM = 1.0
 
 
 class Finding(IntEnum):
-    """What came of the evidence of a cycle."""
+    """Finding on the evidence of a cycle."""
 
     NOTHING_SEEN = 0
     LEARNED = 1
@@ -49,7 +49,7 @@ class Finding(IntEnum):
 
 
 class Spoilt(IntEnum):
-    """Why a contact that was felt tells nothing of the gap; `SPOILT` has the words."""
+    """Reason why a contact that was felt tells nothing of the gap; `SPOILT` has the words."""
 
     NOTHING = 0
     """It tells of the gap."""
@@ -68,7 +68,7 @@ SPOILT = {
 
 
 class Evidence(NamedTuple):
-    """What a cycle showed; nan where it showed nothing."""
+    """Evidence of a cycle; nan where it showed nothing."""
 
     contact_scale: float
     mouth: Shift
@@ -121,7 +121,7 @@ def branch_scales(shift: Shift, gap_mm: float) -> tuple[float, float]:
 
 
 def is_trusted(shift: Shift, gap_mm: float, limits: ScaleLimits) -> bool:
-    """Whether both ways are where the governor takes them to be possible."""
+    """True where both ways are within the range that the governor takes to be possible."""
     return all(limits.least <= one <= limits.most for one in branch_scales(shift, gap_mm))
 
 
@@ -168,7 +168,7 @@ def weigh(seen: Evidence, old: Shift) -> Shift | None:
 
 
 def _is_said_again(before: Shift, now: Shift) -> bool:
-    """Whether a witness says what was dropped a cycle ago, but for what a posture changes."""
+    """True where a sensor repeats what was dropped a cycle ago, but for what a posture changes."""
     return (
         abs(now.scale - before.scale) <= gap_course.POSTURE_MOST
         and abs(now.offset_mm - before.offset_mm) <= SAID_AGAIN_MM
@@ -176,7 +176,7 @@ def _is_said_again(before: Shift, now: Shift) -> bool:
 
 
 def _is_plain(before: AdaptationChange, seen: Evidence, found: Shift, trusted: bool) -> bool:
-    """Whether what was found is believed at once.
+    """True where the finding is believed at once.
 
     Out of range two witnesses must agree; in range a contact without a barrier must be within what
     postures do.
@@ -190,7 +190,7 @@ def _is_plain(before: AdaptationChange, seen: Evidence, found: Shift, trusted: b
 
 
 def update(before: AdaptationChange, seen: Evidence, gap_mm: float) -> AdaptationChange:
-    """What to use from now on, and what came of the evidence.
+    """Adapt the transmission by the evidence of a cycle, and report the finding.
 
     before: after the last cycle. gap_mm: identified, mm of tip. Nothing seen is no alarm. What is
     out of range is not used: neither that nor a bound of the range was measured, so the old stays.

@@ -93,7 +93,7 @@ def fit_table(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
 
 @compiled
 def _travel_mm(head: NDArray[np.float64], sign: float) -> NDArray[np.float64]:
-    """How far the head has gone in one direction since it last went the other way."""
+    """Travel of the head in one direction since it last went the other way."""
     travelled = np.zeros(head.size)
     for k in range(1, head.size):
         step = sign * (head[k] - head[k - 1])

@@ -36,7 +36,7 @@ SHIFTED_DEVIATIONS = 2.5
 
 
 class GapCourse(NamedTuple):
-    """What is known of the gap over a day, as a multiple of the identified one."""
+    """Course of the gap over a day, as a multiple of the identified one."""
 
     usual: float = 1.0
     """Mean over the postures since the conduit was laid as it is."""
@@ -52,7 +52,7 @@ class GapCourse(NamedTuple):
 
 
 def is_by_posture(course: GapCourse, scale: float) -> bool:
-    """Whether a move of the patient can have made the gap that wide."""
+    """True where a move of the patient can have made the gap that wide."""
     return abs(scale - course.usual) <= POSTURE_MOST
 
 

@@ -90,7 +90,7 @@ def estimate_scale(model: PrandtlIshlinskii, seen: ContactEpisode, limits: Scale
     drawn_mm = seen.pressed_mm + limits.release_mm / gain
 
     def missing_mm(trial: float) -> float:
-        """By how much the travel drew the tip too far, were the widths scaled so; falls with it."""
+        """Excess of the tip travel by widths of this scale over the measured one; falls with it."""
         return float(shares @ np.maximum(seen.travel_mm - trial * widths, 0.0)) - drawn_mm
 
     if missing_mm(0.0) <= 0.0:

@@ -70,7 +70,7 @@ def least_rise(samples: int) -> float:
 
 
 class _Valley(NamedTuple):
-    """Where a descent ended."""
+    """End of a descent."""
 
     log_decay: float
     slope: float
@@ -145,7 +145,7 @@ def fit(
 def _search(
     recording: CentredRecording, bounds: tuple[float, float], points: int
 ) -> tuple[list[_Valley], float, float]:
-    """Where the optimum may be, from a thinned recording.
+    """Candidates for the optimum, from a thinned recording.
 
     Returns every valley nearly as deep as the deepest, the sum of squares there, and the lower of
     those at the two bounds.

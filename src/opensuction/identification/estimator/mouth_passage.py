@@ -45,7 +45,7 @@ LEAST_SCALE = 1e-3
 
 
 class Missed(IntEnum):
-    """Why a cycle's passages teach nothing; `SENTENCES` has the words."""
+    """Reason why a cycle's passages teach nothing; `SENTENCES` has the words."""
 
     NOTHING = 0
     """Nothing is missing."""
@@ -77,7 +77,7 @@ class Passage(NamedTuple):
 
 
 class Shift(NamedTuple):
-    """How a transmission differs from the one that was identified."""
+    """Difference of a transmission from the one that was identified."""
 
     scale: float
     """Of all widths."""
@@ -114,7 +114,7 @@ def find_passage(
 
 
 def _moved_mm(head: Array, tick: int) -> float:
-    """How far the head moved around a tick."""
+    """Travel of the head around a tick."""
     before, after = max(tick - DIRECTION_TICKS, 0), min(tick + DIRECTION_TICKS, head.size - 1)
     return float(head[after] - head[before])
 
@@ -169,13 +169,13 @@ def dahl_tip_mm(model: ModifiedDahl) -> TipModel:
 
 
 def estimate(tip_mm: TipModel, seen: Passage, mouth_mm: float) -> Shift | Missed:
-    """How the transmission differs from its model, by both passages; not bounded.
+    """Difference of the transmission from its model, by both passages; not bounded.
 
     tip_mm: the model as it was identified. mouth_mm: depth of the barrier.
     """
 
     def apart_mm(scale: float) -> float:
-        """By how much the model has the tip deeper on the way in; falls with the scale."""
+        """Modelled tip depth on the way in less that on the way out; falls with the scale."""
         return tip_mm(scale, seen.inwards_mm) - tip_mm(scale, seen.outwards_mm)
 
     values = np.array([apart_mm(scale) for scale in SCALES])
@@ -198,7 +198,7 @@ def read(
     period_s: float,
     latency_s: float = 0.0,
 ) -> Shift | Missed:
-    """What one recorded cycle says of the transmission: `find_passage`, then `estimate`.
+    """Difference of the transmission in one recorded cycle: `find_passage`, then `estimate`.
 
     mouth_mm: depth of the barrier; infinite where there is none.
     """

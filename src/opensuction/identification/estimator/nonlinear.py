@@ -101,7 +101,7 @@ def _find_forgetting(input_: Array, output: Array) -> _Forgetting:
 
 
 def _is_seen(squares_left: float, line_squares: float, output: Array) -> bool:
-    """Whether a model leaves less than the straight line does, so that it shows a hysteresis.
+    """True where a model leaves less than the straight line does, so that it shows a hysteresis.
 
     output: fitted values, shape (n,). A line that leaves no more than rounding or chance has shown
     none.

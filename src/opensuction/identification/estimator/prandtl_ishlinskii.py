@@ -108,7 +108,7 @@ def _thin(head_mm: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.f
 
 
 def score(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], folds: Folds) -> Scores:
-    """How well the blocks of a recording are predicted from others, fitted on the grid as `fit`.
+    """Prediction errors of the blocks of a recording from others, fitted on the grid as `fit`.
 
     head_mm, tip_mm: as of `fit`. folds: of them.
     """

@@ -38,7 +38,7 @@ class CentredRecording(NamedTuple):
 
 
 class DecayTrial(NamedTuple):
-    """What a decay is worth: `try_decay`."""
+    """Result of a trial of one decay: `try_decay`."""
 
     squares: float
     """Sum of squares left, from the normal equations: without its last digits."""
@@ -228,7 +228,7 @@ def _sum_products(
 def try_decay(
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
 ) -> DecayTrial:
-    """What one decay is worth, and where a better one lies. Positions about their means.
+    """Try one decay: squares that it leaves, and step to a better one. Positions about their means.
 
     A gain that is not positive makes way for the straight line, whose step is 0.
     """

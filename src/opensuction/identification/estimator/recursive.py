@@ -21,7 +21,7 @@ from opensuction.kernel.record import Array
 
 
 class RecursiveSettings(NamedTuple):
-    """What the estimator assumes."""
+    """Assumptions of the estimator."""
 
     decay_per_mm: Annotated[float, Gt(0)]
     """alpha_0, from an identification; it is kept."""

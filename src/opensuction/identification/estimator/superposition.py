@@ -191,7 +191,7 @@ def list_readout(record: PlayReadout) -> dict[str, tuple[float, str]]:
 
 
 def _in_triangle(weights: Array) -> Array:
-    """Which places of a square of cells are those of its triangle."""
+    """True at the places of a square of cells that belong to its triangle."""
     rows, places = np.indices(weights.shape)
     return np.asarray(rows + places < len(weights))
 

@@ -118,7 +118,7 @@ def judge_superposition(found: Superposition, ranges: Ranges) -> Candidate:
 
 
 def _refuse(model: HysteresisModel, record: Record, nonnegative: bool) -> str:
-    """Why a superposition has no continuous inverse."""
+    """Reason why a superposition has no continuous inverse."""
     if not model.has_inverse:
         return PREDICTS
     if not nonnegative:
@@ -134,7 +134,7 @@ def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
     """
 
     def parts(inputs: Array) -> list[Array]:
-        """What each input adds."""
+        """Contribution of each input."""
         return [
             PLAY_READOUT.simulate(
                 record, input_, PLAY_READOUT.memory(record, float(input_[0]), past)
@@ -207,7 +207,7 @@ def judge_vector(
 def _warnings(
     parameters: dict[str, Estimate], rows: Array, determined: bool, well_posed: bool
 ) -> tuple[str, ...]:
-    """What the parameters of a fit cannot carry. rows: the Jacobian."""
+    """Warnings on the parameters of a fit. rows: the Jacobian."""
     said = [] if determined else [NOT_DETERMINED]
     worst = diagnosis.condition(rows)
     if worst > diagnosis.WORST_CONDITION:

@@ -72,7 +72,7 @@ class Noise(NamedTuple):
 
 
 class FitUncertainty(NamedTuple):
-    """How uncertain the parameters of a fit are."""
+    """Uncertainty of the parameters of a fit."""
 
     covariance: Array
     """Shape (p, p)."""
@@ -231,7 +231,7 @@ class _Mixed(NamedTuple):
 
     @classmethod
     def find(cls, basis: Array, rest: Array, alone: float) -> "_Mixed | None":
-        """Where the restricted likelihood is greatest; None where slow noise alone is as likely.
+        """Maximise the restricted likelihood; None where slow noise alone is as likely.
 
         alone: rho of the residuals taken as slow noise alone.
         """

@@ -30,7 +30,7 @@ MOST_COLUMNS = 20
 
 
 def measure_shares(parts: Mapping[str, Array], range_: float) -> dict[str, float]:
-    """What each input adds, root mean square about its mean, in percent of the output's range.
+    """Share of each input, root mean square about its mean, in percent of the output's range.
 
     parts: what it adds to the output, by its name; shape (n,).
     """

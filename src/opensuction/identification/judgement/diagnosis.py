@@ -74,7 +74,7 @@ UNKNOWN_UNITS = ("input", "output")
 
 
 class Labels(NamedTuple):
-    """How the caller's quantities and their units are called."""
+    """Names of the caller's quantities and of their units."""
 
     input_name: str = "input"
     output_name: str = "output"
@@ -86,7 +86,7 @@ class Labels(NamedTuple):
 
     @property
     def behind_input(self) -> str:
-        """What stands behind a number of the input: a space and its unit, nothing without one."""
+        """Text behind a number of the input: a space and its unit, nothing without one."""
         return "" if self.input_unit in UNKNOWN_UNITS else f" {self.input_unit}".rstrip()
 
 
@@ -126,7 +126,7 @@ def check_time(time_s: Array, name: str = "time") -> None:
 def judge_recording(
     input_: Array, output: Array, time_s: Array | None, labels: Labels
 ) -> tuple[str, ...]:
-    """What is weak about a recording, a sentence each. Arrays of shape (n,)."""
+    """Weaknesses of a recording, a sentence each. Arrays of shape (n,)."""
     range_ = float(np.ptp(input_))
     said = []
     reversals = find_turns(input_, REVERSAL_SHARE * range_).size
@@ -165,7 +165,7 @@ def find_period(time_s: Array) -> float | None:
 
 
 def count_times(count: int) -> str:
-    """How often, in words.
+    """Count of turns, in words.
 
     >>> count_times(0), count_times(1), count_times(2)
     ('nowhere', 'once', 'twice')
@@ -174,7 +174,7 @@ def count_times(count: int) -> str:
 
 
 def _find_clipping(input_: Array, output: Array, labels: Labels) -> list[str]:
-    """Whether the output rests at an extreme while the input travels on outwards.
+    """Warning of an output that rests at an extreme while the input travels on outwards.
 
     On the way back it may rest there: that is the gap.
     """
@@ -196,7 +196,7 @@ def _find_clipping(input_: Array, output: Array, labels: Labels) -> list[str]:
 
 
 def _find_joint(input_: Array, output: Array, time_s: Array | None, labels: Labels) -> list[str]:
-    """Where two recordings may have been joined: both quantities leap at once."""
+    """Warning of a place where recordings may have been joined: both quantities leap at once."""
     leaps = np.ones(input_.size - 1, dtype=bool)
     for values in (input_, output):
         steps = np.abs(np.diff(values))
@@ -216,7 +216,7 @@ def _find_joint(input_: Array, output: Array, time_s: Array | None, labels: Labe
 
 
 def _find_lead(input_: Array, output: Array, reversals: int, labels: Labels) -> list[str]:
-    """Whether the output turns before the input: of two positions, the one that is driven.
+    """Warning of an output that turns before the input: of two positions, the one that is driven.
 
     A loop that lags is passed the other way round than one that leads; the sign of its area tells.
     """
@@ -273,7 +273,7 @@ def judge_residuals(
     correlations: Array,
     leaves_range: bool = False,
 ) -> tuple[str, ...]:
-    """What the residuals say about the model, a sentence each.
+    """Findings of the residuals on the model, a sentence each.
 
     output, rest: of the fitted samples. held_out: residuals of the samples held out, maybe none.
     leaves_range: whether these go beyond what was fitted.

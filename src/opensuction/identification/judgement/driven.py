@@ -27,7 +27,7 @@ class Driven(NamedTuple):
 
 
 def judge(model: HysteresisModel, record: Record, inputs: Array) -> Driven:
-    """Whether a model drives as it was fitted.
+    """Judge a fitted model as one that drives a head.
 
     record: of the first input. inputs: that were fitted, shape (inputs, n).
     """
@@ -54,13 +54,13 @@ def judge(model: HysteresisModel, record: Record, inputs: Array) -> Driven:
 
 
 def changes_with_place(lines: PlayLines) -> bool:
-    """Whether gains change along the range."""
+    """True where gains change along the range."""
     spread = float(np.ptp(lines.gains, axis=1).sum())
     return spread > SAME_SHARE * float(play_lines.total_slopes(lines).mean())
 
 
 def count_places(input_: Array) -> int:
-    """At how many places an input turns, begins or ends, those near to one another counted once.
+    """Number of places where an input turns, begins or ends; those near one another count once.
 
     input_: shape (n,).
     """

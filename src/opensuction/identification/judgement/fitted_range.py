@@ -55,7 +55,7 @@ def _stroke_speeds(input_: Array, time_s: Array, range_: float) -> Array:
 def judge_beyond(
     fitted: FittedRange, input_: Array, time_s: Array | None, labels: Labels
 ) -> tuple[str, ...]:
-    """What of the samples held out leaves the fitted range, a sentence each.
+    """Warnings on samples held out that leave the fitted range, a sentence each.
 
     input_: of the samples held out, maybe none, shape (m,); time_s: likewise.
     """

@@ -39,14 +39,14 @@ be taken after few reversals: it reads out every place on each way."""
 
 
 class Aim(NamedTuple):
-    """What a model is wanted for."""
+    """Purpose of a model."""
 
     purpose: str = "predict"
     """Of `PURPOSES`."""
 
 
 class Rated(NamedTuple):
-    """What a recommendation knows of a model."""
+    """Rating of a model for a recommendation."""
 
     model: str
     scores: Scores
@@ -148,7 +148,7 @@ def _choose_after_few(
 def _reason(
     chosen: str, ordered: list[str], errors: dict[str, float], purpose: str, folds: Folds
 ) -> str:
-    """Why it was chosen among those that can be used, simplest first."""
+    """Reason why it was chosen among those that can be used, simplest first."""
     asked = {
         "transfer": "one half predicted from the other",
     }.get(purpose, "strokes left out and predicted")

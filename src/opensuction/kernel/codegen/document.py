@@ -23,7 +23,7 @@ NAMED = 3
 
 
 def write(record_type: type, record: tuple[Any, ...]) -> dict[str, float | int | bool | str]:
-    """What JSON holds of a record. Raises TypeError or ValueError as `plain_row.pack`."""
+    """Values of a record for JSON. Raises TypeError or ValueError as `plain_row.pack`."""
     values = plain_row.pack(record_type, record).tolist()
     columns = row.layout(record_type)
     return {column.name: _plain(column, one) for column, one in zip(columns, values, strict=True)}

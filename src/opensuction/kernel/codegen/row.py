@@ -32,7 +32,7 @@ class Column(NamedTuple):
 
 
 def _length(kind: Any) -> int | None:
-    """How many numbers a tuple field declares; None for what is no such field."""
+    """Length that a tuple field declares; None for what is no such field."""
     if get_origin(kind) is not Annotated or get_args(kind)[0] != tuple[float, ...]:
         return None
     lengths = [one for one in kind.__metadata__ if isinstance(one, Len)]

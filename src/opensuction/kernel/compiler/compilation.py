@@ -9,7 +9,7 @@ PACKAGE_PREFIX = "opensuction."
 
 
 class Stage(IntEnum):
-    """How far the compilation of a root function is: one that Python calls."""
+    """Stage in the compilation of a root function: one that Python calls."""
 
     BEGUN = 0
     """It is not in the cache: it is compiled now."""

@@ -58,7 +58,7 @@ def _without_collector() -> Iterator[None]:
 
 
 class CoreFunction(CPUDispatcher):
-    """What stands in the place of a core function: Python calls it, compiled callers link it."""
+    """Dispatcher of a core function, in its place: Python calls it, compiled callers link it."""
 
     def __init__(
         self,
@@ -102,7 +102,7 @@ class CoreFunction(CPUDispatcher):
         return found
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """What numba's type inference learns of a call of this function by compiled code."""
+        """Types of a call of this function by compiled code, for numba's type inference."""
         parameters, folded = self._compiler.fold_argument_types(args, kws)
         # A number written out is a number like any other: no translation for each.
         folded = tuple(types.unliteral(one) for one in folded)
@@ -195,5 +195,5 @@ class CoreFunction(CPUDispatcher):
 
 
 def make(function: Callable[..., object], **options: bool) -> CoreFunction:
-    """What stands in the place of a core function. options: of numba, besides `OPTIONS`."""
+    """Dispatcher of a core function. options: of numba, besides `OPTIONS`."""
     return CoreFunction(function, {}, {**OPTIONS, **options})

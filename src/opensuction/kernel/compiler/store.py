@@ -166,6 +166,6 @@ def _name(function: Callable[..., Any]) -> str:
 
 
 def _machine() -> tuple[str, ...]:
-    """What machine code of this process depends on beside the sources."""
+    """Target (processor and its features) that machine code of this process is made for."""
     machine: tuple[str, ...] = cpu_target.target_context.codegen().magic_tuple()
     return machine

@@ -16,7 +16,7 @@ from opensuction.kernel.compiler.library import TranslatedLibrary
 
 
 class Translation(NamedTuple):
-    """What a caller must know of a function that it calls."""
+    """Translation of a function, for the callers that link it."""
 
     signature: Any
     description: Any

@@ -25,7 +25,7 @@ _NAMES = (*(name for name in exposure.COLUMNS if name != "time_s"), *annunciatio
 
 
 class Verdict(NamedTuple):
-    """What it has come to. Times are those of the twin, from its own begin."""
+    """Verdict on a run so far. Times are those of the twin, from its own begin."""
 
     harm: tuple[Harm, ...]
     """Every bound that was broken in any of the runs, with the worst that it came to."""
@@ -47,7 +47,7 @@ class Verdict(NamedTuple):
     """Ticks that the twin played and nobody saw: what was so in them is not judged."""
 
     def told_since(self, from_s: float) -> tuple[Annunciation, ...]:
-        """What people were told from an instant on."""
+        """Annunciations from an instant on."""
         return tuple(one for one in self.told if one.at_s >= from_s)
 
 
@@ -89,7 +89,7 @@ class LiveJudge:
         return len(found.rows)
 
     def begin(self) -> None:
-        """What comes from now on is judged apart: a person has the patient recovered.
+        """Judge apart all that comes from now on: a person has the patient recovered.
 
         A rest does so by itself; see `long_run`.
         """
@@ -97,7 +97,7 @@ class LiveJudge:
         self._run.begin()
 
     def verdict(self) -> Verdict:
-        """What it has come to by now.
+        """Verdict on the run by now.
 
         Raises InputError where nothing was seen, ValueError for a truth that is no number.
         """
@@ -118,7 +118,7 @@ class LiveJudge:
         )
 
     def _hear(self, seen: dict[str, Array]) -> None:
-        """What people have been told meanwhile."""
+        """Add the annunciations since the last look."""
         columns = {name: seen[name] for name in ("time_s", *annunciation.COLUMNS)}
         joined = columns
         if self._shown:

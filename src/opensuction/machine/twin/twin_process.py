@@ -68,7 +68,7 @@ class Listener:
         """The last that came."""
 
     def hear(self) -> bool:
-        """Whether something new has come since the last call."""
+        """Look for a new message of the controller; true where one has come since the last call."""
         self._silent += 1
         if self._silent % LOOK_TICKS == 0 and self._ring.look():
             self._number, self._greeted = 0, False

@@ -62,7 +62,7 @@ item_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(
 
 
 class CheckState(NamedTuple):
-    """Where the test stands."""
+    """State of the test."""
 
     item: int
     """Item being tested; NONE outside the phase, and when all have passed."""
@@ -77,7 +77,7 @@ class CheckState(NamedTuple):
 
 
 class CheckSeen(NamedTuple):
-    """What the test learns of the head and the valve."""
+    """Head and valve as the test sees them."""
 
     home: bool
     settled: bool
@@ -127,7 +127,7 @@ def _valid(readings: Readings) -> bool:
 
 @compiled
 def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> bool:
-    """Whether the condition of an item that tests the suction line holds; true for any other."""
+    """True where the condition of an item that tests the suction line holds; true for any other."""
     item = state.item
     if item == CheckItem.LINE_VENTED:
         # A reading far below the room's pressure is a sensor's whose offset is no longer small.
@@ -145,7 +145,7 @@ def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> b
 
 @compiled
 def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: CheckSeen) -> bool:
-    """Whether the item's own condition holds; sensors and contact are judged before."""
+    """True where the item's own condition holds; sensors and contact are judged before."""
     item = state.item
     if item == CheckItem.HEAD_HOME:
         return seen.home and seen.settled
@@ -162,7 +162,7 @@ def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: Che
 
 @compiled
 def _needed_s(item: int) -> float:
-    """How long the condition of an item must hold."""
+    """Time for which the condition of an item must hold."""
     if item == CheckItem.VACUUM_BUILDS:
         return VACUUM_SETTLE_S
     if item == CheckItem.VACUUM_HOLDS:
@@ -207,13 +207,13 @@ def step(
 
 @compiled
 def is_stroking(item: int) -> bool:
-    """Whether the item asks for an open valve."""
+    """True for an item that asks for an open valve."""
     return item == CheckItem.VALVE_OPENS
 
 
 @compiled
 def is_by_spring(item: int) -> bool:
-    """Whether the valve motor's torque stays off: the spring alone must close what it opened.
+    """True where the valve motor's torque stays off: the spring alone must close what it opened.
 
     It is the spring that ends suction when motor, encoder or power fail, and a closed valve is left
     to it.
@@ -223,7 +223,7 @@ def is_by_spring(item: int) -> bool:
 
 @compiled
 def is_pumping(item: int) -> bool:
-    """Whether the item asks for the pump."""
+    """True for an item that asks for the pump."""
     return item in (CheckItem.VACUUM_BUILDS, CheckItem.RELIEF_OPENS, CheckItem.REGULATOR_HOLDS)
 
 
@@ -244,5 +244,5 @@ def set_point_mmhg(plan: CheckPlan, item: int) -> float:
 
 @compiled
 def is_jogging(item: int) -> bool:
-    """Whether the item asks for the head away from its park position."""
+    """True for an item that asks for the head away from its park position."""
     return item == CheckItem.HEAD_ADVANCES

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class CheckItem(IntEnum):
-    """What is tested, in the order of the test. Never renumber: recordings hold these.
+    """Item of the pre-use test, in the order of the test. Never renumber: recordings hold these.
 
     Sensors first, for the rest is judged by them; the valve strokes before there is vacuum. What
     the regulator has lowered, the line must hold.

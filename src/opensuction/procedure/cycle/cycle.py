@@ -122,7 +122,7 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
 
 @compiled
 def _way_time_s(plan: Plan, state: ProcedureState, dt_s: float) -> float:
-    """For how long the reference has been on its way, at its planned speed.
+    """Time for which the reference has been on its way, at its planned speed.
 
     A back-off crosses the gap first, and the way out is slower where mucus comes.
     """
@@ -169,7 +169,7 @@ def _valve_wanted(phase: int, was_open: bool, home: bool, ready: bool, lifted: b
 
 @compiled
 def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings, time_s: float) -> bool:
-    """Whether the line has had its vacuum since the pump was started, and the pump rests.
+    """True once the line has had its vacuum since the pump was started, and the pump rests.
 
     On the way in it has little, and the pump rests until the tip is where it shall suck: a valve
     that lets gas through then shows as a fall of the vacuum, and draws with no more than that. Only
@@ -188,7 +188,7 @@ def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings, time_
 
 @compiled
 def _is_building(phase: int, valve_open: bool) -> bool:
-    """Whether the tip waits for the vacuum of suction, behind the closed valve."""
+    """True while the tip waits for the vacuum of suction, behind the closed valve."""
     return phase == Phase.OPENING and not valve_open
 
 
@@ -241,7 +241,7 @@ def _change_phase(
 def _see_flow(
     plan: Plan, state: ProcedureState, phase: int, readings: Readings, dt_s: float
 ) -> FlowSeen:
-    """What the line tells of the mucus, while the valve is open in a cycle.
+    """Flow of mucus by the vacuum in the line, while the valve is open in a cycle.
 
     state: as the tick began. phase: as it goes on.
     """
@@ -256,7 +256,7 @@ def _see_flow(
 def _keep_pace(
     plan: Plan, now: Pace, phase: int, seen: FlowSeen, free: bool, dwell_left_s: float, dt_s: float
 ) -> Pace:
-    """How suction goes on after another tick in a phase. free: the tip touches nothing."""
+    """Pace of suction after another tick in a phase. free: the tip touches nothing."""
     if phase == Phase.SUCTIONING:
         now = pace.listen(plan.pace, now, line_flow.is_nothing_coming(seen, dt_s))
         return pace.turn(plan.pace, now, pace.left_s(plan.pace, now, dwell_left_s, dt_s))
@@ -268,7 +268,7 @@ def _keep_pace(
 
 @compiled
 def _is_there(plan: Plan, phase: int, reference_mm: float) -> bool:
-    """Whether the reference stands at the target."""
+    """True where the reference stands at the target."""
     if phase == Phase.INSERTING:
         return reference_mm == plan.motion.target_mm
     return phase in (Phase.OPENING, Phase.SUCTIONING)

@@ -22,7 +22,7 @@ PUMPED = CYCLE[1:]
 
 
 class Demand(NamedTuple):
-    """What the procedure asks of the control."""
+    """Demand of the procedure on the control."""
 
     reference_mm: float
     """Desired tip position (y_r)."""
@@ -92,7 +92,7 @@ def _is_pumping(phase: int, valve_open: bool) -> bool:
 
 @compiled
 def ask(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Demand:
-    """What the cycle asks of the control ``time_s`` after its phase began. now: its new state."""
+    """Demand of the cycle on the control ``time_s`` after its phase began. now: its new state."""
     phase, item, bringing = now.phase, now.check.item, now.teaching.bringing
     pumping = _is_pumping(phase, now.valve_open)
     vacuum_mmhg = plan.vacuum_mmhg if pumping else 0.0

@@ -12,7 +12,7 @@ from opensuction.kernel.phase import RESTING, Phase
 
 
 class PassRule(NamedTuple):
-    """What holds for one patient; `opensuction.procedure.planning.pass_rule` has it by age."""
+    """Rule for passes on one patient; `opensuction.procedure.planning.pass_rule` has it by age."""
 
     most_passes: int
     """So many may follow each other; 0: nobody is there, and none is counted (bench)."""
@@ -38,7 +38,7 @@ NEW = Episode(passes=0, exceeded=False, rest_left_s=0.0)
 
 @compiled
 def is_exhausted(rule: PassRule, state: Episode) -> bool:
-    """Whether a person must look at the patient before another pass."""
+    """True once a person must look at the patient before another pass."""
     return 0 < rule.most_passes <= state.passes
 
 

@@ -25,7 +25,7 @@ NEW_CATHETER_S = 0.0
 
 
 class Service(NamedTuple):
-    """What is set."""
+    """Settings of the interlocks."""
 
     life_s: float
     """Longest use of a catheter."""
@@ -36,7 +36,7 @@ class Service(NamedTuple):
 
 
 class Interlocks(NamedTuple):
-    """What is remembered from cycle to cycle."""
+    """State that is kept from cycle to cycle."""
 
     catheter_age_s: float
     schedule: ScheduleState
@@ -48,7 +48,7 @@ class Interlocks(NamedTuple):
 
 
 class Counters(NamedTuple):
-    """What of it a recording holds, as a tick ended."""
+    """Counters in a recording, as a tick ended."""
 
     passes: int
     """Since a person last looked at the patient."""
@@ -97,7 +97,7 @@ def rest_first(upkeep: Interlocks, rule: PassRule) -> Interlocks:
 
 @compiled
 def count(upkeep: Interlocks, late_share: float) -> Counters:
-    """What a recording holds of it."""
+    """Counters of the interlocks for a recording."""
     return Counters(
         passes=upkeep.episode.passes,
         rest_left_s=upkeep.episode.rest_left_s,
@@ -121,7 +121,7 @@ def pass_idle_time(upkeep: Interlocks, duration_s: float) -> Interlocks:
 
 @compiled
 def hear(service: Service, upkeep: Interlocks, phase: int, requests: Requests) -> Interlocks:
-    """What people answer in a tick: that they looked at the patient, that oxygen was given.
+    """Take the answers of people in a tick: the patient was looked at, oxygen was given.
 
     phase: as the tick begins. Heard before a start of the same tick; an abort means nothing else.
     """
@@ -137,7 +137,7 @@ def hear(service: Service, upkeep: Interlocks, phase: int, requests: Requests) -
 
 @compiled
 def _machine_refusal(service: Service, upkeep: Interlocks, phase: int, travel_known: bool) -> int:
-    """Why the machine cannot begin a cycle."""
+    """Reason why the machine cannot begin a cycle."""
     if phase == Phase.OUT_OF_SERVICE:
         return Refusal.OUT_OF_SERVICE
     if upkeep.lock.locked:
@@ -155,7 +155,7 @@ def _machine_refusal(service: Service, upkeep: Interlocks, phase: int, travel_kn
 
 @compiled
 def _patient_refusal(rule: PassRule, upkeep: Interlocks, patient: int) -> int:
-    """Why the patient shall have no pass now."""
+    """Reason why the patient shall have no pass now."""
     if patient >> Condition.MONITOR_LINK_LOST & 1:
         return Refusal.MONITOR_LINK_LOST
     if patient != 0:
@@ -173,7 +173,7 @@ def _patient_refusal(rule: PassRule, upkeep: Interlocks, patient: int) -> int:
 def refusal(
     service: Service, upkeep: Interlocks, phase: int, travel_known: bool, patient: int
 ) -> int:
-    """Why a start would be refused in a phase that waits for a person.
+    """Reason why a start would be refused in a phase that waits for a person.
 
     patient: bit mask of what is wrong with the patient; see `patient_watch`.
     """
@@ -185,7 +185,7 @@ def refusal(
 
 @compiled
 def is_asked(service: Service, upkeep: Interlocks, phase: int, requests: Requests) -> bool:
-    """Whether a person or the clock asks for a cycle; while one runs nobody can."""
+    """True where a person or the clock asks for a cycle; while one runs nobody can."""
     if requests.abort:
         return False
     if phase == Phase.PARKED:
@@ -195,7 +195,7 @@ def is_asked(service: Service, upkeep: Interlocks, phase: int, requests: Request
 
 @compiled
 def is_prompting(service: Service, upkeep: Interlocks, phase: int) -> bool:
-    """Whether a person shall look at the patient and the machine could act on it."""
+    """True while a person shall look at the patient and the machine could act on it."""
     due = schedule.prompts(service.schedule, upkeep.schedule)
     return phase == Phase.PARKED and (due or episode.is_exhausted(service.passes, upkeep.episode))
 

@@ -36,7 +36,7 @@ MOVING = encode(
 
 
 class LockOut(NamedTuple):
-    """What resets have done since the last whole cycle, or since the machine was serviced."""
+    """Resets since the last whole cycle, or since the machine was serviced, with their causes."""
 
     causes: int
     """Mask of the trips of the stop that lasts now."""
@@ -55,7 +55,7 @@ NONE = LockOut(causes=0, dealt=0, resets=0, recovered=False, locked=False)
 
 @compiled
 def lets_reset(state: LockOut, home: bool) -> bool:
-    """Whether a halted machine may be reset. home: the head is known to be at its park position.
+    """True where a halted machine may be reset. home: the head is known to be at its park position.
 
     Locked out, it may not; but for one recovery where none has been tried since the head was last
     home: a catheter that could still come out is not left inside for the sake of a count.

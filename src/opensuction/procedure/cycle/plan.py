@@ -29,7 +29,7 @@ TUBE_END_MM = 0.0
 
 
 class Motion(NamedTuple):
-    """How the tip moves."""
+    """Motion of the tip."""
 
     park_mm: float
     """Reference of the parked tip."""
@@ -71,7 +71,7 @@ class Excitation(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """What the procedure follows. Times are s, vacuum is mmHg."""
+    """Plan that the procedure follows. Times are s, vacuum is mmHg."""
 
     motion: Motion
     contact: ContactSearch
@@ -122,7 +122,7 @@ def way_in(motion: Motion, start_mm: float) -> StagedPath:
 
 @compiled
 def backed_off_mm(contact: ContactSearch, start_mm: float) -> float:
-    """Where the tip's reference ends off the carina. start_mm: where it was at contact."""
+    """End of the tip's reference off the carina. start_mm: the reference at contact."""
     return min(start_mm - contact.backoff_mm, contact.suction_mm)
 
 

@@ -17,7 +17,7 @@ confirmed longer ago is asked again [design]."""
 
 
 class Preoxygenation(IntEnum):
-    """How a pass stands to it. The numbers are stored in recordings: never renumber."""
+    """State of pre-oxygenation for a pass. The numbers are stored in recordings: never renumber."""
 
     NOT_REQUIRED = 0
     NOT_ASKED = 1
@@ -31,7 +31,7 @@ class Preoxygenation(IntEnum):
 
 
 class OxygenAnswer(NamedTuple):
-    """What was answered for the next pass; during a pass, for this one."""
+    """Answer about oxygen for the next pass; during a pass, for this one."""
 
     state: int
     """A `Preoxygenation`."""
@@ -45,7 +45,7 @@ NONE = OxygenAnswer(state=0, left_s=0.0)
 
 @compiled
 def is_answered(answer: OxygenAnswer) -> bool:
-    """Whether a start may be granted."""
+    """True where a start may be granted."""
     return answer.state in (Preoxygenation.CONFIRMED, Preoxygenation.SKIPPED)
 
 

@@ -89,7 +89,7 @@ class ProcedureState(NamedTuple):
 
 
 class ControlFeedback(NamedTuple):
-    """What the procedure learns from the rest of the controller."""
+    """Feedback of the rest of the controller to the procedure."""
 
     head_wanted_mm: float
     """Last head command of the compensation, before the governor."""
@@ -107,27 +107,27 @@ class ControlFeedback(NamedTuple):
 
 @compiled
 def is_home(motion: Motion, readings: Readings) -> bool:
-    """Whether the head is known to be at its park position."""
+    """True where the head is known to be at its park position."""
     distance = abs(readings.head_mm - motion.park_head_mm)
     return readings.head_valid and distance <= motion.settle_mm + HOME_MM
 
 
 @compiled
 def is_out(motion: Motion, readings: Readings) -> bool:
-    """Whether the head is known to be home or behind it: the catheter is out."""
+    """True where the head is known to be home or behind it: the catheter is out."""
     behind = readings.head_valid and readings.head_mm <= motion.park_head_mm
     return behind or is_home(motion, readings)
 
 
 @compiled
 def is_contact(readings: Readings) -> bool:
-    """Whether the switch says that the tip touches something."""
+    """True while the switch says that the tip touches something."""
     return readings.contact_valid and readings.contact_closed
 
 
 @compiled
 def is_free(plan: Plan, readings: Readings) -> bool:
-    """Whether the tip may suck where it stands: it touches nothing, or shall suck what it touches.
+    """True where the tip may suck as it stands: it touches nothing, or shall suck what it touches.
 
     So it does on a bench, and by contact where a protocol draws nothing back.
     """
@@ -143,13 +143,13 @@ def feel(state: ProcedureState, free: bool) -> ProcedureState:
 
 @compiled
 def is_lifted(state: ProcedureState, dt_s: float) -> bool:
-    """Whether a carina has come to the tip, which would draw it in."""
+    """True where a carina has come to the tip, which would draw it in."""
     return state.held_ticks * dt_s >= LIFTED_S
 
 
 @compiled
 def is_off(search: ContactSearch, state: ProcedureState) -> bool:
-    """Whether a back-off is as far as it was to go, and far enough from where the switch opened."""
+    """True once a back-off is complete, and far enough from where the switch opened."""
     least_mm = plans.LEAST_OFF_SHARE * search.backoff_mm
     return state.reference_mm <= min(state.end_mm, state.touched_mm - least_mm)
 
@@ -166,7 +166,7 @@ def is_stuck(search: ContactSearch, state: ProcedureState) -> bool:
 
 @compiled
 def is_expected(search: ContactSearch, tip_mm: float) -> bool:
-    """Whether the estimated tip is where the carina can be."""
+    """True where the estimated tip is at a depth where the carina can be."""
     return tip_mm >= search.window_start_mm
 
 
@@ -174,7 +174,7 @@ def is_expected(search: ContactSearch, tip_mm: float) -> bool:
 def hold(
     search: ContactSearch, state: ProcedureState, tip_mm: float, readings: Readings
 ) -> ProcedureState:
-    """What is counted of contact on the way in: a switch that chatters is closed."""
+    """Count contact on the way in: a switch that chatters is closed."""
     open_ticks = 0 if is_contact(readings) else min(state.open_ticks + 1, RELEASE_TICKS)
     touching = open_ticks < RELEASE_TICKS
     if search.enabled and touching and not is_expected(search, tip_mm):
@@ -241,14 +241,14 @@ def _insertion_event(
 
 @compiled
 def is_closed(plan: Plan, readings: Readings) -> bool:
-    """Whether the valve is known to be closed."""
+    """True where the valve is known to be closed."""
     share = readings.cam_rad / plan.cam_open_rad
     return readings.cam_valid and -BEHIND_SHARE <= share <= CLOSED_SHARE
 
 
 @compiled
 def is_built(plan: Plan, readings: Readings) -> bool:
-    """Whether the line has the vacuum of suction; a bench waits for none."""
+    """True where the line has the vacuum of suction; a bench waits for none."""
     if plan.bench_only:
         return True
     return readings.vacuum_valid and readings.line_vacuum_mmhg >= plan.check.ready_mmhg
@@ -256,7 +256,7 @@ def is_built(plan: Plan, readings: Readings) -> bool:
 
 @compiled
 def is_kept(plan: Plan, readings: Readings) -> bool:
-    """Whether the line has the vacuum of the way in."""
+    """True where the line has the vacuum of the way in."""
     off_mmhg = abs(readings.line_vacuum_mmhg - plan.way_in_mmhg)
     return readings.vacuum_valid and off_mmhg <= KEPT_SHARE * plan.way_in_mmhg
 

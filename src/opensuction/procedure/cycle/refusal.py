@@ -5,7 +5,7 @@ from enum import IntEnum
 
 
 class Refusal(IntEnum):
-    """Why a start or a reset was refused. The numbers are in recordings: never renumber."""
+    """Reason why a start or a reset was refused. The numbers are in recordings: never renumber."""
 
     NONE = 0
     CATHETER_LIFE_OVER = 1
@@ -50,7 +50,7 @@ SENTENCES: dict[Refusal, str] = {
 
 
 def say(refused: Refusal, rest_left_s: float) -> str:
-    """Why a start or a reset was refused, in words, with the seconds that are left of a rest."""
+    """Reason why a start or a reset was refused, in words, with the seconds left of a rest."""
     if refused == Refusal.RESTING:
         return f"{SENTENCES[refused]}: another {math.ceil(rest_left_s)} s"
     return SENTENCES[refused]

@@ -20,7 +20,7 @@ DAY_S = 86400.0
 
 
 class ScheduleMode(IntEnum):
-    """Who or what begins a cycle. The numbers are stored in recordings: never renumber."""
+    """Trigger of cycles. The numbers are stored in recordings: never renumber."""
 
     ON_REQUEST = 0
     TIMED = 1
@@ -30,7 +30,7 @@ class ScheduleMode(IntEnum):
 
 
 class Schedule(NamedTuple):
-    """When a cycle is due."""
+    """Times at which cycles are due."""
 
     mode: int
     interval_s: float
@@ -61,7 +61,7 @@ def schedule(mode: ScheduleMode, interval_s: float) -> Schedule:
 
 
 def notes(chosen: Schedule) -> list[str]:
-    """What guidelines say about a schedule, in sentences; empty where they say nothing."""
+    """Advice of guidelines on a schedule, in sentences; empty where they give none."""
     if chosen.mode == ScheduleMode.ON_REQUEST:
         return []
     said = ["Guidelines prefer suctioning as needed to suctioning by the clock (AARC 2022)."]
@@ -86,13 +86,13 @@ def pass_idle_time(state: ScheduleState, duration_s: float) -> ScheduleState:
 
 @compiled
 def starts(chosen: Schedule, state: ScheduleState) -> bool:
-    """Whether a cycle shall start by itself."""
+    """True where a cycle shall start by itself."""
     return chosen.mode == ScheduleMode.TIMED and state.since_cycle_s >= chosen.interval_s
 
 
 @compiled
 def prompts(chosen: Schedule, state: ScheduleState) -> bool:
-    """Whether a person shall look at the patient."""
+    """True where a person shall look at the patient."""
     return chosen.mode == ScheduleMode.PROMPT and state.since_assessment_s >= chosen.interval_s
 
 

@@ -21,7 +21,7 @@ HOME_MM_PER_S = 10.0
 
 
 class Taught(IntEnum):
-    """What became of a confirmation. The numbers are stored in recordings: never renumber."""
+    """Result of a confirmation. The numbers are stored in recordings: never renumber."""
 
     NOTHING = 0
     TAKEN = 1
@@ -60,7 +60,7 @@ PLAUSIBLE: dict[AgeGroup, TravelRange] = {
 
 
 class TeachingState(NamedTuple):
-    """Where teaching stands; the length stays until the next one is taught."""
+    """State of teaching; the length stays until the next one is taught."""
 
     taught: int
     """What became of the last confirmation, see `Taught`."""
@@ -119,6 +119,6 @@ def step(
 
 @compiled
 def is_over(state: TeachingState, dt_s: float) -> bool:
-    """Whether the head has been away, or was sent home, and is home again."""
+    """True once the head has been away, or was sent home, and is home again."""
     returned = state.home_ticks * dt_s >= RETURNED_S
     return returned and (state.away or state.bringing)

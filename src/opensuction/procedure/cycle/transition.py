@@ -13,7 +13,7 @@ from opensuction.kernel.phase import CYCLE, Phase
 
 
 class Event(IntEnum):
-    """What can happen, most urgent first."""
+    """Event of a cycle, most urgent first."""
 
     TRIPPED = 0
     """The governor found a limit broken or a reading it cannot trust."""

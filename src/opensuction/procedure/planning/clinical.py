@@ -102,7 +102,7 @@ def suction_budget_s(site: Site) -> float:
 
 
 def _dwell_s(draft: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> float:
-    """What the budget leaves for the dwell. Raises InputError if that is too little."""
+    """Dwell that the budget leaves. Raises InputError if that is too little."""
     times = planner.timeline(draft, abilities, site, by_contact)
     budget = draft.negative_pressure_budget_s
     left = budget - times.withdrawal - times.stroke - TIME_MARGIN_S
@@ -231,7 +231,7 @@ def held_against_guidelines(
 
 
 def sentence(check: GuidelineCheck) -> str:
-    """What a requirement that is not met has to say, with the numbers."""
+    """Sentence on a requirement that is not met, with the numbers."""
     word = "below" if check.strict else "at most"
     return (
         f"{check.name} would be {check.value:.3g} {check.unit}".rstrip()

@@ -74,7 +74,7 @@ class GuidelineCheck(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether the requirement is met."""
+        """True where the requirement is met."""
         return self.value < self.limit if self.strict else self.value <= self.limit
 
 

@@ -41,7 +41,7 @@ the gap cannot brake as hard as its reference; at all of it the tip ran 2 mm ahe
 
 
 class Abilities(NamedTuple):
-    """What the planner must know of the machine."""
+    """Abilities of the machine, for the planner."""
 
     head_mm_per_s: float
     """Speed at which the head crosses a gap and withdraws on an abort."""
@@ -171,7 +171,7 @@ def check_numbers(protocol: Protocol) -> None:
 
 
 class Refused(NamedTuple):
-    """Why something cannot be done."""
+    """Reason why something cannot be done."""
 
     field: str
     """Of the protocol: what a person would change first."""
@@ -180,7 +180,7 @@ class Refused(NamedTuple):
 
 
 def _refuse_times(protocol: Protocol, times: Timeline, by_contact: bool) -> Iterator[Refused]:
-    """What does not fit its budget."""
+    """Refusals of times that do not fit their budget."""
     if times.negative_pressure > protocol.negative_pressure_budget_s:
         yield Refused(
             "dwell_s",
@@ -287,7 +287,7 @@ def suction_mm(protocol: Protocol, site: Site) -> float:
 
 
 def pace_plan(protocol: Protocol, abilities: Abilities, by_contact: bool) -> PacePlan:
-    """When the dwell ends before its time, and how the way out is paced.
+    """Plan of the early end of the dwell, and of the pace of the way out.
 
     The gap of the way back is crossed while nothing comes; a back-off has crossed it.
     """

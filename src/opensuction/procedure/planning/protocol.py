@@ -12,7 +12,7 @@ was taught, head and neck having been moved; assumed."""
 
 
 class Protocol(NamedTuple):
-    """What a person sets; the source of each value of a preset stands in `PAPER_SOURCES`."""
+    """Protocol that a person sets; `PAPER_SOURCES` has the source of each value of a preset."""
 
     travel_mm: Annotated[
         float, Gt(0), Le(130), Meaning("tip travel from the tube's lower end to the stopping point")

@@ -34,7 +34,7 @@ LEAST_MMHG = 10.0
 
 
 class FreeFlow(NamedTuple):
-    """What a line and a catheter without mucus do, as the machine's profile has it."""
+    """Line and catheter without mucus, as the machine's profile has them."""
 
     window_s: float
     """Time over which the flow is measured, with a reading each `SAMPLE_S`; 0 where nothing is
@@ -58,7 +58,7 @@ UNSEEN = make_zero(FreeFlow)
 
 
 class FlowSeen(NamedTuple):
-    """What has been seen of the flow, up to this tick."""
+    """Measurement of the flow, up to this tick."""
 
     settling_ticks: int
     """Since the pump began or ceased to run, until the line has settled."""
@@ -98,7 +98,7 @@ def share(flow: FreeFlow, mean_mmhg: float, slope_mmhg_per_s: float, pumping: bo
 
 @compiled
 def _is_full(flow: FreeFlow, ticks: int, dt_s: float) -> bool:
-    """Whether a window has so many readings that their noise leaves no more of a slope than it may.
+    """True once a window has readings enough for the noise of its slope to be as small as it must.
 
     The slope of a line through n readings in a time T deviates by sqrt(12 / n) / T times what they
     do: with readings further apart the cube of T grows as the time between them.
@@ -152,17 +152,17 @@ def step(
 
 @compiled
 def is_known(seen: FlowSeen, dt_s: float) -> bool:
-    """Whether the last window is young enough to go by."""
+    """True while the last window is young enough to go by."""
     return seen.age_ticks >= 0 and seen.age_ticks * dt_s <= STALE_S
 
 
 @compiled
 def is_nothing_coming(seen: FlowSeen, dt_s: float) -> bool:
-    """Whether nothing but gas is known to come; false where it is not known."""
+    """True where nothing but gas is known to come; false where it is not known."""
     return is_known(seen, dt_s) and seen.is_free
 
 
 @compiled
 def is_coming(seen: FlowSeen, dt_s: float) -> bool:
-    """Whether mucus is known to come; false where it is not known."""
+    """True where mucus is known to come; false where it is not known."""
     return is_known(seen, dt_s) and not seen.is_free

@@ -11,7 +11,7 @@ from opensuction.kernel.compiled import compiled
 
 
 class PacePlan(NamedTuple):
-    """How suction is paced; times are s."""
+    """Plan of the pace of suction; times are s."""
 
     nothing_comes_s: float
     """Time without mucus that ends the dwell; 0 where it lasts its whole time."""
@@ -24,7 +24,7 @@ class PacePlan(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """Where suction stands, up to this tick."""
+    """State of suction, up to this tick."""
 
     quiet_ticks: int
     """For how long nothing has come in the dwell."""
@@ -61,7 +61,7 @@ def left_s(plan: PacePlan, pace: Pace, dwell_left_s: float, dt_s: float) -> floa
 
 @compiled
 def is_over(plan: PacePlan, pace: Pace, dt_s: float) -> bool:
-    """Whether nothing has come for the stated time."""
+    """True once nothing has come for the stated time."""
     return plan.nothing_comes_s > 0.0 and pace.quiet_ticks * dt_s >= plan.nothing_comes_s
 
 

@@ -61,7 +61,7 @@ def most_urgent(conditions: int, escalated: int) -> int:
 
 @compiled
 def _first(shown: int, present: int, acknowledged: int, escalated: int) -> int:
-    """What to show first: by priority, then what nobody has answered, then what still holds."""
+    """Condition to show first: by priority, unanswered before answered, present before past."""
     chosen = _of_priority(shown, escalated, most_urgent(shown, escalated))
     if chosen & ~acknowledged != 0:
         chosen &= ~acknowledged
@@ -103,7 +103,7 @@ def _escalate(
 def _pause(
     settings: AlarmSettings, state: AlarmState, pressed: bool, loud: int, urgent: int, dt_s: float
 ) -> tuple[float, int, float]:
-    """What is left of the audio pause, what it silences, and the sound owed before another.
+    """Remainder of the audio pause, what it silences, and the sound owed before another.
 
     loud: priority of what would sound now. urgent: priority of what is new in this tick.
     """
@@ -126,7 +126,7 @@ def _pause(
 def _remind(
     settings: AlarmSettings, silent_s: float, shown: int, audible: int, dt_s: float
 ) -> tuple[float, bool]:
-    """How long something shown has made no sound since the last reminder; whether one is due."""
+    """Time without sound of something shown since the last reminder; true where one is due."""
     if shown == 0 or audible != NONE:
         return 0.0, False
     silent_s += dt_s

@@ -18,7 +18,7 @@ VERSION = 1
 
 
 class AlarmEvent(IntEnum):
-    """What can be noted, in the order within one tick. Never renumber."""
+    """Event of an alarm, in the order within one tick. Never renumber."""
 
     STARTED = 0
     """Power-up: whatever was signalled before is no longer known."""

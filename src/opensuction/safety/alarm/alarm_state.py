@@ -17,7 +17,7 @@ NOTHING = -1
 
 
 class AlarmSettings(NamedTuple):
-    """What the organisation that uses the machine may set."""
+    """Alarm settings of the organisation that uses the machine."""
 
     pause_s: float
     """Length of an audio pause, at most `LONGEST_PAUSE_S`."""
@@ -26,7 +26,7 @@ class AlarmSettings(NamedTuple):
 
 
 class Buttons(NamedTuple):
-    """What people press, true for as long as it is pressed; the press counts, not the holding."""
+    """Buttons for alarms, true as long as they are pressed; the press counts, not the holding."""
 
     acknowledge: bool
     """Silence what is shown now."""
@@ -37,7 +37,7 @@ class Buttons(NamedTuple):
 
 
 class AlarmState(NamedTuple):
-    """What is remembered of the alarms."""
+    """State of the alarms."""
 
     present: int
     latched: int
@@ -60,7 +60,7 @@ class AlarmState(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """What people are told in a tick; everything a display or a loudspeaker needs."""
+    """Alarm signals in a tick; everything a display or a loudspeaker needs."""
 
     priority: int
     """Most urgent priority that is shown."""

@@ -13,7 +13,7 @@ LIGHTS: dict[Priority, Light] = {
 
 
 def is_lit(priority: Priority, time_s: float) -> bool:
-    """Whether the light is on at a time since any fixed beginning.
+    """True while the light is on at a time since any fixed beginning.
 
     It flashes for as long as the alarm is shown, acknowledged or paused as it may be.
     """

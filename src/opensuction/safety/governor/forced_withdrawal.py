@@ -25,7 +25,7 @@ UNSEEN_S = 0.5
 
 
 class ForcedWithdrawal(NamedTuple):
-    """For how long: without a break, but for the last."""
+    """Durations of a forced withdrawal: without a break, but for the last."""
 
     forced_s: float
     """The governor forces the head out."""
@@ -44,7 +44,7 @@ NONE = make_zero(ForcedWithdrawal)
 
 @compiled
 def _is_unseen(seen: Watch) -> bool:
-    """Whether the head's reading says nothing in this tick: none, the same for ever, or one alone.
+    """True where the head's reading says nothing: none, the same for ever, or one sensor alone.
 
     A head that both its sensors have standing still is seen: it is held, or its motor is gone.
     """

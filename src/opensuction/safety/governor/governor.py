@@ -39,7 +39,7 @@ ANSWERED_TICKS = 20
 
 
 class GovernorState(NamedTuple):
-    """What the governor remembers."""
+    """State of the governor."""
 
     last: Setpoints
     """What it let through in the last tick."""
@@ -54,7 +54,7 @@ class GovernorState(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What the governor did in a tick."""
+    """Verdict of the governor in a tick."""
 
     reaction: int
     trips: int
@@ -96,7 +96,7 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
 
 @compiled
 def _is_valve_driven(trips: int, opened: bool, resting: bool) -> bool:
-    """Whether the valve's motor is trusted: else its spring closes it.
+    """True where the valve's motor is trusted: else its spring closes it.
 
     opened: what the valve is told. A valve that has come home is left to its spring: an encoder
     that errs later cannot have the motor open it.
@@ -111,7 +111,7 @@ def _is_valve_driven(trips: int, opened: bool, resting: bool) -> bool:
 
 @compiled
 def _is_turning(state: GovernorState, seen: Watch, trips: int) -> bool:
-    """Whether the head begins to run away because its motor's wires are swapped.
+    """True where the head begins to run away because its motor's wires are swapped.
 
     Three say so: both sensors that it runs away, and the current that the motor pushes against its
     volts. Then telling it the opposite brings it out. One that goes on pushing is let go, such as
@@ -123,7 +123,7 @@ def _is_turning(state: GovernorState, seen: Watch, trips: int) -> bool:
 
 @compiled
 def _is_coasting(state: GovernorState, seen: Watch, trips: int) -> bool:
-    """Whether the head only seems to run away: nothing pushes it, it coasts, or is being slowed.
+    """True where the head only seems to run away: nothing pushes it, it coasts, or is being slowed.
 
     So it is where a loose contact parts motor and amplifier for a moment: the head goes on, or
     lags, catches up and goes too far. There is nothing to let go: it is told to come out, and does.
@@ -135,7 +135,7 @@ def _is_coasting(state: GovernorState, seen: Watch, trips: int) -> bool:
 
 @compiled
 def _is_swinging(state: GovernorState, seen: Watch, trips: int) -> bool:
-    """Whether a head that seems to run away was driven in before it was told to come out.
+    """True where a head that seems to run away was driven in before it was told to come out.
 
     Both its sensors were found to differ from the motor: they may be late, and the servo on them
     swings. From then on it only pulls; if the head goes on inwards it runs away anew.
@@ -147,7 +147,7 @@ def _is_swinging(state: GovernorState, seen: Watch, trips: int) -> bool:
 
 @compiled
 def _is_obeying(state: GovernorState, seen: Watch) -> bool:
-    """Whether a drive that is told the opposite does so: it pulls, and the head comes."""
+    """True where a drive that is told the opposite does so: it pulls, and the head comes."""
     answering = TURNED_TICKS <= state.turned_ticks <= ANSWERED_TICKS
     pushing = answering and seen.drive.force_n > drive_force.AGAINST_N
     again = pushing or seen.runaway_ticks >= judgement.RUNAWAY_TICKS
@@ -164,7 +164,7 @@ def _answer(trips: int, turned: bool) -> int:
 
 @compiled
 def _look_at_drive(state: GovernorState, seen: Watch, trips: int) -> tuple[Watch, int, bool]:
-    """What a runaway is by the motor's current: watch and trips then, and whether it is turned."""
+    """Judge a runaway by the motor's current: watch and trips then, and true where it is turned."""
     coasting = _is_coasting(state, seen, trips) or _is_swinging(state, seen, trips)
     if coasting:
         trips = trips & ~RUNAWAY | NOT_FOLLOWING
@@ -178,7 +178,7 @@ def _look_at_drive(state: GovernorState, seen: Watch, trips: int) -> tuple[Watch
 def locate(
     limits: Limits, state: GovernorState, readings: Readings, driven_v: float, dt_s: float
 ) -> HeadVote:
-    """Where the head is in this tick: procedure and control go by it, too.
+    """Position of the head in this tick: procedure and control go by it, too.
 
     driven_v: volts that the insertion motor had in the last tick.
     """

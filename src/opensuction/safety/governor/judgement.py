@@ -73,14 +73,14 @@ def _is_possible(proposal: Setpoints) -> bool:
 
 @compiled
 def is_disagreeing(durations: Durations) -> bool:
-    """Whether motor and catheter head have not been at the same place for too long."""
+    """True where motor and catheter head have not been at the same place for too long."""
     limit_s = DISAGREE_SUCKING_S if durations.sucking_s > 0.0 else DISAGREE_S
     return durations.disagreeing_s > limit_s
 
 
 @compiled
 def _is_elsewhere(durations: Durations) -> bool:
-    """Whether the catheter is not where both sensors of its head have it."""
+    """True where the catheter is not where both sensors of its head have it."""
     return durations.adrift_s > ADRIFT_S or durations.remaining_s > REMAINING_S
 
 

@@ -79,7 +79,7 @@ def _narrow_head(
 
 @compiled
 def _home_mm(limits: Limits, seen: Watch) -> float:
-    """Where a withdrawal ends: further back where the head is home and its catheter is not."""
+    """End of a withdrawal: further back where the head is home and its catheter is not."""
     if 0.0 < seen.durations.remaining_s < FURTHER_S:
         return limits.park_head_mm - FURTHER_MM
     return limits.park_head_mm
@@ -107,7 +107,7 @@ def _withdraw_head(
 def _narrow_suction(
     limits: Limits, was_open: bool, seen: Watch, proposal: Setpoints, cut: bool
 ) -> tuple[bool, float]:
-    """Whether the valve may be open, and the regulator's set point (mmHg).
+    """Permission for an open valve, and the regulator's set point (mmHg).
 
     The valve is kept from opening on a head that advances, and on more vacuum than the patient's
     limit: only behind a closed valve, with the tip parked, may the relief valve be tested, and only

@@ -7,7 +7,7 @@ from opensuction.kernel.compiled import compiled
 
 
 class AdvanceBound(NamedTuple):
-    """How far in the head may be, and how fast it may still go there."""
+    """Bound on the head's depth, and on the speed with which it may still go deeper."""
 
     head_mm: float
     """Raised by the command and the braking distance beyond it, lowered again by the reading."""

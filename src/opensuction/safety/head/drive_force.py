@@ -122,7 +122,7 @@ def step(
 
 @compiled
 def is_against(state: DriveForce) -> bool:
-    """Whether the motor's force is against its volts', as with swapped wires."""
+    """True where the motor's force is against its volts', as with swapped wires."""
     measured_n, asked_n = state.force_n, state.borne_n
     inwards = measured_n > AGAINST_N and asked_n < -AGAINST_N
     return inwards or (measured_n < -AGAINST_N and asked_n > AGAINST_N)
@@ -130,7 +130,7 @@ def is_against(state: DriveForce) -> bool:
 
 @compiled
 def is_yielding(state: DriveForce) -> bool:
-    """Whether the motor is told to pull and does, or has no current, and the head slows by it.
+    """True where the motor is told to pull and does, or has no current, and the head slows by it.
 
     What it pulls beyond what slows the head works against friction; a reading that goes in although
     the motor pulls would have it helped.
@@ -141,12 +141,12 @@ def is_yielding(state: DriveForce) -> bool:
 
 @compiled
 def unsure_n(state: DriveForce) -> float:
-    """By how much the resistance may be wrong: the inertia is known to `INERTIA_SHARE`."""
+    """Uncertainty of the resistance: the inertia is known to `INERTIA_SHARE`."""
     return INERTIA_SHARE * abs(state.inertia_n)
 
 
 @compiled
 def is_above(state: DriveForce, force_n: float, limit_n: float) -> bool:
-    """Whether a force is above a limit, either way, and the motor's volts bear it out."""
+    """True where a force is above a limit, either way, and the motor's volts bear it out."""
     borne_n = state.borne_n if force_n >= 0.0 else -state.borne_n
     return abs(force_n) > limit_n and borne_n > BORNE_SHARE * limit_n

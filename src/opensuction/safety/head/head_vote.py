@@ -47,7 +47,7 @@ DECIDED_RATIO = 2.0
 
 
 class HeadVote(NamedTuple):
-    """What the three say, and how far each has been out of step with the others."""
+    """Vote of encoder, carriage sensor and motor on the head's position, with their deviations."""
 
     head_mm: float
     """Where the head is taken to be."""
@@ -99,7 +99,7 @@ def start(head_mm: float, *, read: bool) -> HeadVote:
 
 
 def first_mm(readings: Readings) -> float:
-    """Where the head is by the first readings after power-up; not a number where none tells.
+    """Position of the head by the first readings after power-up; not a number where none tells.
 
     Of two that differ the deeper one: what may be inside is drawn out.
     """
@@ -124,7 +124,7 @@ def bear_out(head_mm: float, carriage_mm: float) -> float:
 
 @compiled
 def is_fine(state: HeadVote) -> bool:
-    """Whether the head is where the encoder has it, to its step: forces can be told from that."""
+    """True where the encoder has the head's position, to its step: forces can be told from that."""
     return state.head_mm == state.encoder_mm and state.unseen_ticks == 0
 
 
@@ -141,7 +141,7 @@ def _follow(lead_mm: float, moved_mm: float, motor_mm: float, dt_s: float) -> fl
 
 @compiled
 def _is_clearly_odd(lead_mm: float, other_mm: float) -> bool:
-    """Whether a sensor is further from the motor than the other one, by far."""
+    """True where a sensor is further from the motor than the other one, by far."""
     return abs(lead_mm) > LEAD_MM and abs(lead_mm) > DECIDED_RATIO * abs(other_mm)
 
 
@@ -188,7 +188,7 @@ def _hold_against_motor(
 
 @compiled
 def _vote_out(state: HeadVote, readings: Readings, apart: bool) -> HeadVote:
-    """Who of the two is out: odd for too long, or further from the motor than the other by far.
+    """Vote one of the two out: odd for too long, or further from the motor than the other by far.
 
     apart: both have not been at the same place for too long.
     """
@@ -207,7 +207,7 @@ def _vote_out(state: HeadVote, readings: Readings, apart: bool) -> HeadVote:
 
 @compiled
 def _find(state: HeadVote, encoder: bool, carriage: bool) -> HeadVote:
-    """Where the head is after it was not seen for long: of two that differ the deeper one.
+    """Position of the head after it was not seen for long: of two that differ the deeper one.
 
     What it moved meanwhile it has travelled; from one sensor to the other it has not.
     """
@@ -224,7 +224,7 @@ def _find(state: HeadVote, encoder: bool, carriage: bool) -> HeadVote:
 def _locate(
     state: HeadVote, encoder: bool, carriage: bool, expected_mm: float, reach_mm: float
 ) -> HeadVote:
-    """Where the head is in this tick, of the sensors that are heard, one at least.
+    """Position of the head in this tick, of the sensors that are heard, one at least.
 
     expected_mm: where it should be by its last speed. reach_mm: further from it it cannot be.
     """

@@ -14,7 +14,7 @@ ampere 10 % more, and the current sensor read 4 % less [computed]."""
 
 @compiled
 def is_limited(limits: DriveLimits, current_a: float) -> bool:
-    """Whether the drive's current limit rules, so that its voltage says nothing of its speed."""
+    """True where the drive's current limit rules, so that its voltage says nothing of its speed."""
     return abs(limits.newton_per_a * current_a) >= SATURATED_SHARE * limits.force_n
 
 

@@ -26,7 +26,7 @@ RESTLESS_S = 0.1
 
 
 class BusWatch(NamedTuple):
-    """What is known of the messages, up to this tick."""
+    """Watch on the sensors' messages, up to this tick."""
 
     stale_ticks: int
     """For how long every sensor has told the same to the last digit, with vacuum in the line."""
@@ -59,11 +59,11 @@ def step(state: BusWatch, change_mmhg: float, same: bool, dt_s: float) -> BusWat
 
 @compiled
 def is_stale(state: BusWatch) -> bool:
-    """Whether nothing is told of a head that should move."""
+    """True where nothing is told of a head that should move."""
     return state.stale_ticks >= STALE_TICKS
 
 
 @compiled
 def is_dead(state: BusWatch) -> bool:
-    """Whether no sensor is read any more, whatever the head does."""
+    """True where no sensor is read any more, whatever the head does."""
     return state.stale_ticks >= DEAD_TICKS and state.restless_share >= RESTLESS_SHARE

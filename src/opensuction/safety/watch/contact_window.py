@@ -24,7 +24,7 @@ NOWHERE_MM = -1.0e6
 
 
 class ContactWindow(NamedTuple):
-    """What is known of the switch."""
+    """Watch on the contact switch."""
 
     touched_mm: float
     """Least depth of the tip where the present contact began."""
@@ -80,7 +80,7 @@ def step(
 def is_missed(
     limits: WindowLimits, state: ContactWindow, shallowest_mm: float, touching: bool
 ) -> bool:
-    """Whether contact must have come by now and has not.
+    """True where contact must have come by now and has not.
 
     A carina that was met there is not missed by a tip that goes back from it.
     """

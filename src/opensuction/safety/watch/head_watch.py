@@ -44,7 +44,7 @@ tip may advance by 0.5 mm."""
 def is_disagreeing(
     readings: Readings, vote: HeadVote, invalid: InvalidTicks, sucking: bool
 ) -> bool:
-    """Whether motor and catheter head are further apart than the gear's play lets them be.
+    """True where motor and catheter head are further apart than the gear's play lets them be.
 
     An encoder that has been voted out tells nothing of the motor any more.
     """
@@ -56,7 +56,7 @@ def is_disagreeing(
 
 @compiled
 def is_adrift(vote: HeadVote) -> bool:
-    """Whether both sensors run away from the motor together, as their common zero would."""
+    """True where both sensors run away from the motor together, as their common zero would."""
     adrift_mm = ADRIFT_MM + MODEL_LAG_S * abs(vote.motor_mm_per_s)
     encoder_mm, carriage_mm = vote.encoder_lead_mm, vote.carriage_lead_mm
     inwards = encoder_mm > adrift_mm and carriage_mm > adrift_mm
@@ -65,7 +65,7 @@ def is_adrift(vote: HeadVote) -> bool:
 
 @compiled
 def _is_parting(seen: Watch) -> bool:
-    """Whether the encoder is going in without the head: it will be told by the two sensors.
+    """True where the encoder is going in without the head: the two sensors will show it.
 
     Less than they may be apart bears no runaway out, and no more is needed while the valve is open.
     """

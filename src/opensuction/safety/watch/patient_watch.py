@@ -108,7 +108,7 @@ class Sag(NamedTuple):
 
 
 class PatientWatch(NamedTuple):
-    """For how long without a break, s; a value that is missing neither counts nor ends it."""
+    """Watch on the patient: durations without a break, s; a missing value changes none."""
 
     spo2_percent: float
     """Saturation that was believed last; 0 before the first."""
@@ -201,7 +201,7 @@ def _follow_sag(limits: PatientLimits, sag: Sag, pressure: float, dt_s: float) -
 
 @compiled
 def _has_sagged(limits: PatientLimits, sag: Sag) -> bool:
-    """Whether suction has left the pressure below PEEP for too long in all, or once too deep."""
+    """True where suction has left the pressure below PEEP for too long in all, or once too deep."""
     is_suction = sag.fall_s > limits.effort_s
     is_deep = is_suction and sag.fall_cmh2o_s > DEEP_SAG_CMH2O * limits.sagging_s
     lasted_s, depth_cmh2o_s = sag.in_all_s, sag.in_all_cmh2o_s
@@ -228,14 +228,14 @@ def _follow_breath(
 
 @compiled
 def _is_recoiling(limits: PatientLimits, breath: Breath, pressure: float) -> bool:
-    """Whether a cough has emptied the lung and it fills again: the pressure has risen since."""
+    """True where a cough has emptied the lung and it fills again: the pressure has risen since."""
     coughed = not breath.raised and 0.0 < breath.lasted_s < limits.cough_s
     return coughed and pressure > breath.lowest_cmh2o + RISEN_CMH2O
 
 
 @compiled
 def _find_conditions(limits: PatientLimits, watch: PatientWatch, sucking: bool) -> int:
-    """What holds by how long each value has been outside; ``watch`` has what held before."""
+    """Conditions that hold by how long each value has been outside; ``watch`` has those before."""
     losing = watch.losing_s > limits.low_s + LOSING_MORE_S or watch.sinking_s > limits.sinking_s
     going = losing or _has_sagged(limits, watch.sag)
     low = watch.low_s > limits.low_s or (going and sucking)

@@ -47,7 +47,7 @@ class Load(NamedTuple):
 
 
 class TipForce(NamedTuple):
-    """What is known of the force at the tip, up to this tick."""
+    """Watch on the force at the tip, up to this tick."""
 
     usual_mm_per_s: float
     """Speed of the head, averaged over `SPEED_S`."""
@@ -119,5 +119,5 @@ def step(
 
 @compiled
 def is_pressing(state: TipForce) -> bool:
-    """Whether the tip has pressed for long enough, and no switch has closed."""
+    """True where the tip has pressed for long enough, and no switch has closed."""
     return state.pressing_s > PRESSED_S

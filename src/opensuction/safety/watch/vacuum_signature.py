@@ -102,7 +102,7 @@ DECAY_SHARE_PER_S = 0.01
 
 
 class LineWatch(NamedTuple):
-    """What is known of the line, up to this tick."""
+    """Watch on the line, up to this tick."""
 
     vacuum_mmhg: float
     """Last valid reading."""
@@ -236,7 +236,7 @@ def _rate(state: LineWatch) -> float:
 
 @compiled
 def _judge_building(limits: LineLimits, state: LineWatch) -> int:
-    """What a vacuum that rises no more short of its set point is a sign of.
+    """Conditions indicated by a vacuum that rises no more short of its set point.
 
     A pump that has stopped half-way leaves what it had built, and that may be what pump and free
     catheter agree on: both are told then. Less than that is the pump's alone.
@@ -249,7 +249,7 @@ def _judge_building(limits: LineLimits, state: LineWatch) -> int:
 
 @compiled
 def _judge_closed(limits: LineLimits, state: LineWatch, parked_closed: bool) -> int:
-    """What a vacuum that is lost behind a closed valve, the pump running, is a sign of."""
+    """Conditions indicated by a vacuum that is lost behind a closed valve, the pump running."""
     if not state.closed_low_s > CLOSED_LOW_S:
         return 0
     if not state.built and state.pumping_s <= BUILD_S:
@@ -263,7 +263,7 @@ def _judge_closed(limits: LineLimits, state: LineWatch, parked_closed: bool) -> 
 
 @compiled
 def _judge_rest(limits: LineLimits, state: LineWatch) -> int:
-    """What a vacuum that is lost while the pump rests is a sign of."""
+    """Conditions indicated by a vacuum that is lost while the pump rests."""
     if not state.rest_low_s > REST_LOW_S:
         return 0
     beyond = -_rate(state) - REST_NOISE_MMHG_PER_S
@@ -276,7 +276,7 @@ def _judge_rest(limits: LineLimits, state: LineWatch) -> int:
 
 @compiled
 def _judge_open(limits: LineLimits, state: LineWatch) -> int:
-    """What too much or too little vacuum with the valve open is a sign of."""
+    """Conditions indicated by too much or too little vacuum with the valve open."""
     stuffed = state.clogged_s > CLOGGED_S or state.no_flow_s > NO_FLOW_S
     clogged = flag(stuffed, Condition.LINE_CLOGGED)
     if not state.open_low_s > OPEN_LOW_S:
@@ -288,7 +288,7 @@ def _judge_open(limits: LineLimits, state: LineWatch) -> int:
 
 @compiled
 def _judge_vented(state: LineWatch) -> int:
-    """What a vacuum that stays with the pump off is a sign of."""
+    """Conditions indicated by a vacuum that stays with the pump off."""
     if not state.unvented_s > VENTED_S:
         return 0
     if _rate(state) > -DECAY_SHARE_PER_S * state.vacuum_mmhg:

@@ -26,7 +26,7 @@ SETTLE_S = 0.5
 
 
 class ValveAxis(NamedTuple):
-    """For how long the cam has been away from its commanded end, s."""
+    """Watch on the valve's cam: time away from its commanded end, s."""
 
     away_s: float
     still_s: float
@@ -42,13 +42,13 @@ START = ValveAxis(away_s=0.0, still_s=0.0, still_rad=0.0, resting=False)
 
 @compiled
 def is_open(limits: ValveLimits, cam_rad: float) -> bool:
-    """Whether the valve has opened as far as commanded."""
+    """True where the valve has opened as far as commanded."""
     return cam_rad >= OPEN_SHARE * limits.open_rad
 
 
 @compiled
 def is_closed(cam_rad: float) -> bool:
-    """Whether the valve's seal holds."""
+    """True where the valve's seal holds."""
     return -BEHIND_RAD <= cam_rad <= CLOSED_RAD
 
 
@@ -84,5 +84,5 @@ def restart(state: ValveAxis) -> ValveAxis:
 
 @compiled
 def is_stuck(limits: ValveLimits, state: ValveAxis) -> bool:
-    """Whether the cam does not follow."""
+    """True where the cam does not follow."""
     return state.still_s > STILL_S or state.away_s > OVERDUE_SHARE * limits.stroke_s + SETTLE_S

@@ -44,7 +44,7 @@ PARKED_MM = 3.0
 
 
 def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
-    """What is known at power-up with the head at ``head_mm``, as it was read or is assumed.
+    """Watch at power-up with the head at ``head_mm``, as it was read or is assumed.
 
     Whoever was in control before may have left it on its way in, as fast as it is ever sent.
     """
@@ -112,7 +112,7 @@ def _watch_suction(
 def _watch_contact(
     limits: Limits, before: Watch, seen: Watch, touching: bool, dt_s: float
 ) -> ContactWindow:
-    """What contact tells of switch and carina."""
+    """Watch contact, for the switch and the carina."""
     return contact_window.step(
         limits.window,
         before.window,
@@ -128,7 +128,7 @@ def _watch_contact(
 def _watch_force(
     limits: Limits, before: Watch, seen: Watch, touching: bool, dt_s: float
 ) -> TipForce:
-    """What the drive tells of the tip's force; by travel there is no carina where the tip goes."""
+    """Watch the tip's force by the drive; by travel there is no carina where the tip goes."""
     deepest_mm = tip_bound.deepest_mm(limits.tip, seen.tip)
     may_touch = limits.window.by_mm < math.inf and deepest_mm >= limits.window.from_mm
     return tip_force.step(
@@ -190,7 +190,7 @@ def _watch_mouth(
 
 @compiled
 def filter_line(before: Watch, last: Setpoints, readings: Readings, dt_s: float) -> LineFilter:
-    """What the vacuum sensor says in this tick. last: what was let through in the last tick."""
+    """Filter the vacuum reading of this tick. last: what was let through in the last tick."""
     vented = not last.pump_on and last.vacuum_mmhg == 0.0
     return line_filter.step(before.filter, readings, vented, dt_s)
 

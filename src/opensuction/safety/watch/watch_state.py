@@ -17,7 +17,7 @@ from opensuction.safety.watch.valve_axis import ValveAxis
 
 
 class Durations(NamedTuple):
-    """For how long something has held without a break."""
+    """Durations for which something has held without a break."""
 
     sucking_s: float
     """Valve not known to be closed."""

@@ -30,7 +30,7 @@ PARTED_MM = 1000.0
 
 
 class Unavoidable(NamedTuple):
-    """Why nothing of the machine can bring a catheter out, and what a person must do."""
+    """Reason why nothing of the machine can bring a catheter out, and the remedy by a person."""
 
     reason: str
     person: str
@@ -68,7 +68,7 @@ def _find_of_machine(machine: Machine) -> Unavoidable | None:
 
 
 def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable | None:
-    """Why a catheter must stay inside under these faults; None where something could move it.
+    """Reason why a catheter must stay inside under these faults; None where it could be moved.
 
     machine: as it was built, before any fault. came: the faults whose instant came.
     """
@@ -85,7 +85,7 @@ def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable
 
 
 def told_s(told: Sequence[Annunciation], from_s: float) -> float:
-    """When a person was told with high priority, from an instant on; nan where nobody was."""
+    """Time of the first alarm of high priority, from an instant on; nan where there was none."""
     high = [
         one.at_s
         for one in told

@@ -31,7 +31,7 @@ from opensuction.twin.fault.fault import Fault
 
 
 class Allowance(NamedTuple):
-    """What a fault adds to a bound."""
+    """Allowance that a fault adds to a bound."""
 
     fault: Fault
     bound: str
@@ -49,7 +49,7 @@ class Allowance(NamedTuple):
 
 
 class OwnHarm(NamedTuple):
-    """What a fault of the patient, or of the ventilator, is by itself."""
+    """Harm that a fault of the patient, or of the ventilator, does by itself."""
 
     fault: Fault
     bounds: tuple[str, ...]
@@ -257,7 +257,7 @@ OWN_HARM: tuple[OwnHarm, ...] = (
 
 
 def _find_more(name: str, strengths: Mapping[Fault, float], strictly: Collection[str]) -> float:
-    """What faults add to a bound, in its unit: of two the most. Infinite for their own harm."""
+    """Largest allowance of any fault on a bound, in its unit. Infinite for their own harm."""
     if any(one.fault in strengths and name in one.bounds for one in OWN_HARM):
         return math.inf
     if name in strictly:
@@ -271,7 +271,7 @@ def _find_more(name: str, strengths: Mapping[Fault, float], strictly: Collection
 
 
 def _of_strength(one: Allowance, strength: float) -> float:
-    """What a fault of a strength adds."""
+    """Allowance of a fault of a strength."""
     if math.isfinite(one.over_strength):
         return min(one.more, one.least + one.over_strength / strength)
     return one.more + (strength if one.for_strength else 0.0)

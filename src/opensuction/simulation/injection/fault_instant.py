@@ -7,7 +7,7 @@ from opensuction.twin.fault.fault import Fault
 
 
 class FaultInstant(NamedTuple):
-    """When a fault comes."""
+    """Instant at which a fault begins."""
 
     phase: Phase | None
     """None: reckoned from the start; else from the first tick of that phase."""

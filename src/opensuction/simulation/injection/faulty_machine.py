@@ -11,7 +11,7 @@ from opensuction.twin.machine.machine import Machine
 
 
 def is_of_machine(fault: Fault) -> bool:
-    """Whether a fault changes the machine or the patient at it."""
+    """True for a fault that changes the machine or the patient at it."""
     return isinstance(ROWS[fault].effect, MachineEffect | PatientEffect)
 
 

@@ -35,7 +35,7 @@ _SENT = slice(_FIRST_SENT, _FIRST_SENT + len(_COMMANDS))
 
 
 def is_linked(injections: Sequence[Injection]) -> bool:
-    """Whether any fault lies between controller and machine, so that the link must be played."""
+    """True where any fault lies between controller and machine, so that the link must be played."""
     return any(ROWS[one.fault].is_linked for one in injections)
 
 
@@ -88,23 +88,23 @@ class FaultyRun:
 
     @property
     def is_abandoned(self) -> bool:
-        """Whether the controller has stopped and none will start."""
+        """True once the controller has stopped and none will start."""
         return not self._wiring.link.controller_runs and self._side.restart_done is None
 
     @property
     def stopped_tick(self) -> int:
-        """When the controller stopped; -1 where it did not."""
+        """Tick at which the controller stopped; -1 where it did not."""
         return self._side.stopped_done
 
     @property
     def is_resting(self) -> bool:
-        """Whether the machine waits for a person."""
+        """True while the machine waits for a person."""
         runs = self._wiring.link.controller_runs
         return runs and self.state.controller.core.procedure.phase in RESTING
 
     @property
     def is_halted(self) -> bool:
-        """Whether a reset is what it waits for."""
+        """True while the machine waits for a reset."""
         return self.is_resting and self.state.controller.core.procedure.phase == Phase.HALTED
 
     @property
@@ -156,7 +156,7 @@ class FaultyRun:
 
     @property
     def is_over(self) -> bool:
-        """Whether the machine waits for a person, no fault its instant, no controller its start."""
+        """True once the machine waits for a person, and no fault and no restart is to come."""
         waits = any(self._is_waiting(place) for place in range(len(self._injections)))
         return self.is_resting and not waits and self._side.restart_done is None
 
@@ -182,7 +182,7 @@ class FaultyRun:
 
     @property
     def _awaits_phase(self) -> bool:
-        """Whether a fault waits for a phase that has not come."""
+        """True while a fault waits for a phase that has not come."""
         return any(
             self._is_waiting(i) and self._due_tick(injection) is None
             for i, injection in enumerate(self._injections)
@@ -264,7 +264,7 @@ class FaultyRun:
         self._noted = self.done
 
     def _is_waiting(self, place: int) -> bool:
-        """Whether a fault has yet to come, and may."""
+        """True while a fault has yet to come, and may."""
         return bool(np.isnan(self.at_s[place])) and place not in self._held
 
     def _next_due(self) -> int | None:

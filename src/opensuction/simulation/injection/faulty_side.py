@@ -46,7 +46,7 @@ class _Fault(NamedTuple):
 
 
 class FaultySide:
-    """What is broken by now."""
+    """Machine and link with the faults of the present."""
 
     def __init__(self, sound: Machine, wires: Link, seed: int) -> None:
         """A machine and a link without a fault. seed: chance of the sensors' faults."""

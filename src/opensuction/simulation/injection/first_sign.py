@@ -21,7 +21,7 @@ SIGNS = ("time_s", "phase", "cause", "check_failed", "verdict.trips", *LINES)
 
 
 class Detector(IntEnum):
-    """What notices a fault first."""
+    """Means by which a fault is noticed first."""
 
     TRIP = 0
     """A limit of the governor; ``code`` is a `Condition`."""
@@ -88,7 +88,7 @@ def _find_abort(columns: Columns, first: int) -> FirstSign | None:
 
 
 def find_lines(columns: Columns, first: int) -> list[FirstSign]:
-    """What the annunciator's own lines show from a tick on and did not before."""
+    """First signs on the annunciator's own lines, shown from a tick on and not before."""
     found = []
     for name, line in LINES.items():
         shown = np.flatnonzero(columns[name][first:])

@@ -59,7 +59,7 @@ class Injected(NamedTuple):
 
 
 class InjectedRun(NamedTuple):
-    """What came of a run with faults."""
+    """Result of a run with faults."""
 
     state: LoopState
     columns: Columns
@@ -155,7 +155,7 @@ def follow(going: FaultyRun, after_s: float, resets: int, watcher: Watcher = UNW
 
 
 def take(going: FaultyRun, injections: Sequence[Injection]) -> InjectedRun:
-    """What came of a run so far; its columns are its room's."""
+    """Result of a run so far; its columns share the memory of the run."""
     columns = going.columns
     sent, spans = going.sent(columns), tuple(going.inputs.spans)
     ran = InjectedRun(going.state, columns, (), sent, going.stopped_tick, spans)

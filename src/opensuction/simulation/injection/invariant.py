@@ -137,7 +137,7 @@ def _cut_by_trip(columns: Columns, _: Settings) -> Breach | None:
 
 
 def _command_advance(columns: Columns, settings: Settings) -> Breach | None:
-    """By what was read: the head command does not advance while the valve is commanded open."""
+    """Breach, by the readings: the head command advances while the valve is commanded open."""
     told_open = columns["commands.cam_rad"] > 0.0
     told_open &= columns["commands.valve_on"] > 0.0
     driven = columns["commands.insertion_on"] > 0.0

@@ -47,7 +47,7 @@ def count_left_inside(found: Iterable[LeftInside | None]) -> LeftInsideCount:
 
 
 class PatientAlone(NamedTuple):
-    """What a patient goes through after a run, while the machine does nothing."""
+    """Exposure of a patient after a run, while the machine does nothing."""
 
     spo2_least_percent: float = math.inf
     lung_volume_loss_ml: float = 0.0
@@ -57,7 +57,7 @@ class PatientAlone(NamedTuple):
     """With one that stays on the carina."""
 
     def add_to(self, borne: PatientExposure) -> PatientExposure:
-        """What the patient had to bear in the run and after it."""
+        """Exposure of the patient in the run and after it."""
         return borne._replace(
             spo2_least_percent=min(borne.spo2_least_percent, self.spo2_least_percent),
             lung_volume_loss_ml=max(borne.lung_volume_loss_ml, self.lung_volume_loss_ml),
@@ -70,7 +70,7 @@ NOT_FOLLOWED = PatientAlone()
 
 
 class Judgement(NamedTuple):
-    """What a run came to."""
+    """Judgement on a run."""
 
     borne: PatientExposure
     harm: tuple[Harm, ...]

@@ -70,7 +70,7 @@ PREDICATES: dict[str, Callable[[Columns, SafeBounds], Holds]] = {
 
 
 def holds(columns: Columns, names: Sequence[str], bounds: SafeBounds) -> Holds:
-    """Whether all of the named predicates hold, one entry a tick.
+    """True where all of the named predicates hold, one entry a tick.
 
     Raises InputError for a name that is not known.
     """

@@ -32,7 +32,7 @@ class Touch(NamedTuple):
 
 @compiled
 def touch(tip: Tip, carina_mm: float, free_tip_mm: float) -> Touch:
-    """Where the tip stops and how hard it presses.
+    """Position of the tip against the carina, and the force with which it presses.
 
     carina_mm: position of the carina. free_tip_mm: where the tip would be with nothing in its way.
     """

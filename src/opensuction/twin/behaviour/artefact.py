@@ -24,7 +24,7 @@ RESTLESS_S = 5.0
 
 
 class Artefact(NamedTuple):
-    """How often one patient's oximeter is wrong."""
+    """Rate of artefacts of one patient's oximeter."""
 
     per_s: float
     cough_ratio: float
@@ -32,7 +32,7 @@ class Artefact(NamedTuple):
 
 
 class ArtefactState(NamedTuple):
-    """What is wrong now, if anything."""
+    """Artefact of the present, if there is any."""
 
     left_s: float
     """For so long still; at most 0 where nothing is."""
@@ -94,7 +94,7 @@ def step(
 
 @compiled
 def distort(state: ArtefactState, monitor: Monitor) -> Monitor:
-    """What the monitor passes on; a value that is missing anyway stays so."""
+    """Distort the monitor's values by an artefact; a value that is missing anyway stays so."""
     if state.left_s <= 0.0 or not monitor.spo2_valid:
         return monitor
     if state.is_missing:

@@ -21,7 +21,7 @@ BLOCK = 1 << 32
 
 
 class Behaviour(NamedTuple):
-    """What one patient does of their own accord."""
+    """Behaviour of one patient of their own accord."""
 
     is_lively: bool
     """Whether they do any of it."""
@@ -39,7 +39,7 @@ class Behaviour(NamedTuple):
 
 
 class BehaviourState(NamedTuple):
-    """What a patient is doing."""
+    """Behaviour of a patient at present."""
 
     cough: CoughState
     effort: EffortState
@@ -48,7 +48,7 @@ class BehaviourState(NamedTuple):
 
 
 class Around(NamedTuple):
-    """What a patient feels, and what the oximeter would show."""
+    """Stimulus that a patient feels, and the saturation that the oximeter would show."""
 
     stimulus: float
     """Of the airway by the catheter, 0 to 1; see `opensuction.twin.patient.heart`."""
@@ -80,7 +80,7 @@ def muscle_cmh2o(behaviour: Behaviour, state: BehaviourState) -> float:
 
 @compiled
 def carina_shift_mm(behaviour: Behaviour, state: BehaviourState) -> float:
-    """How much deeper the carina is than at the start: by posture, and less in a cough."""
+    """Depth of the carina beyond that at the start: by posture, and less in a cough."""
     pushed = muscle_cmh2o(behaviour, state)
     return state.posture.carina_mm - behaviour.shortening_mm_per_cmh2o * pushed
 

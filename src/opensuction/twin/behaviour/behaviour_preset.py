@@ -27,7 +27,7 @@ def _clearance(values: ParameterValues) -> Clearance:
 
 
 def assemble(values: ParameterValues) -> Behaviour:
-    """What a patient does, from a full set of parameters."""
+    """Assemble a patient's behaviour from a full set of parameters."""
     awake = 1.0 - values["sedation_ratio"]
     return Behaviour(
         is_lively=values[SWITCH] == 1.0,

@@ -14,7 +14,7 @@ from opensuction.kernel.random_stream import RandomStream
 
 
 class Chance(NamedTuple):
-    """What is left until the next event, and where its random numbers come from."""
+    """Expected events until the next one, and the source of its random numbers."""
 
     left: float
     """Expected number of events until it comes."""
@@ -38,7 +38,7 @@ def wear(chance: Chance, rate_per_s: float, dt_s: float) -> Chance:
 
 @compiled
 def is_due(chance: Chance) -> bool:
-    """Whether the event has come; `draw` then gives the next one."""
+    """True once the event has come; `draw` then gives the next one."""
     return chance.left <= 0.0
 
 

@@ -17,7 +17,7 @@ LEAST_RESISTANCE, MOST_RESISTANCE = 0.5, 4.0
 
 
 class Clearance(NamedTuple):
-    """How one patient's secretions move."""
+    """Clearance of one patient's secretions by cilia and coughs."""
 
     cilia_mm_per_s: float
     """Speed at which cilia carry them."""

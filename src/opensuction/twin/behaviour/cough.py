@@ -23,7 +23,7 @@ NEVER_S = 1.0e9
 
 
 class Cough(NamedTuple):
-    """How one patient coughs."""
+    """Coughs of one patient."""
 
     spontaneous_per_s: float
     provoked_per_s: float

@@ -22,7 +22,7 @@ LONGEST_SHARE = 0.4
 
 
 class Effort(NamedTuple):
-    """How one patient breathes against the ventilator."""
+    """Breathing of one patient against the ventilator."""
 
     per_s: float
     """0 for nobody who breathes."""

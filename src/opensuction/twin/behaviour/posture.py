@@ -18,7 +18,7 @@ FURTHEST = 10.0 / 3.0
 
 
 class Posture(NamedTuple):
-    """How far and how often one patient is moved."""
+    """Changes of one patient's posture: how often, and how far."""
 
     per_s: float
     """While no catheter is inside."""
@@ -31,7 +31,7 @@ class Posture(NamedTuple):
 
 
 class PostureState(NamedTuple):
-    """How the patient lies."""
+    """Posture of the patient at present."""
 
     carina_mm: float
     """How much deeper the carina is than at the start."""

@@ -73,13 +73,13 @@ def fit(kind: str, head_mm: Array, tip_mm: Array) -> FittedConduit:
 
 
 def _cells(start: RecordedConduit, row: int) -> int:
-    """How many cells of a row count: the triangle's rows become shorter."""
+    """Number of cells of a row that count: the triangle's rows become shorter."""
     cells = int(start.gains.shape[1])
     return cells if start.goes_on else cells - row
 
 
 def _columns(start: RecordedConduit, head_mm: Array, past: float) -> Array:
-    """How far each play has gone in each of its cells, mm; shape (n, cells)."""
+    """Travel of each play in each of its cells, mm; shape (n, cells)."""
     columns = []
     for row, width in enumerate(start.widths_mm):
         first_mm = float(head_mm[0] - 0.5 * past * width)
@@ -120,7 +120,7 @@ def _fit_after(start: RecordedConduit, head_mm: Array, tip_mm: Array, past: floa
 
 
 def scatter_mm(head_mm: Array, tip_mm: Array) -> float:
-    """How far repeats of the same stroke lie apart: standard deviation, mm.
+    """Scatter of repeats of the same stroke: standard deviation, mm.
 
     Of all full strokes of a recording in one direction, at the same head positions, pooled over
     places and directions. No model that knows only the head's way can leave less.

@@ -86,7 +86,7 @@ def _strokes_mm(low_mm: float, stroke_mm: float) -> Array:
 
 
 def _columns(conduit: RecordedConduit, spans_mm: Array, head_mm: Array) -> Array:
-    """What a slope of 1 at each control point of each play adds to the tip, mm."""
+    """Tip travel by a slope of 1 at each control point of each play, mm."""
     columns = []
     for row, span_mm in enumerate(spans_mm):
         width = float(conduit.widths_mm[row])

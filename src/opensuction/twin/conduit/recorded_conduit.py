@@ -34,7 +34,7 @@ class RecordedConduit(NamedTuple):
 
 
 def line_mm(conduit: RecordedConduit, row: int, position_mm: Array) -> Array:
-    """What one play adds to the tip, mm; of the shape of ``position_mm``."""
+    """Contribution of one play to the tip, mm; of the shape of ``position_mm``."""
     gains = conduit.gains[row]
     steps_mm = conduit.cell_mm * np.arange(gains.size + 1)
     place_mm = position_mm - conduit.lows_mm[row]

@@ -8,7 +8,7 @@ from opensuction.twin.conduit.play_line import NO_LINES, PlayLines
 
 
 class TransmissionKind(IntEnum):
-    """How the catheter follows its head."""
+    """Kind of the transmission from the head to the catheter's tip."""
 
     PLAYS = 0
     """Clearances along the bends, and a narrow friction-limited stretch behind them."""

@@ -25,7 +25,7 @@ LOSSES = 1 << 42
 
 
 class Bus(NamedTuple):
-    """What a bus does to messages, both ways alike."""
+    """Effect of a bus on messages, both ways alike."""
 
     latency_s: float
     """What a message takes in the mean."""
@@ -65,7 +65,7 @@ def spread_of(bus: Bus, dt_s: float) -> BusTicks:
 
 @compiled
 def is_there(spread: BusTicks) -> bool:
-    """Whether there is a bus: a time, or a loss."""
+    """True where there is a bus: a time, or a loss."""
     return spread.most_ticks > 0.0 or spread.lost_share > 0.0
 
 
@@ -87,7 +87,7 @@ def taken_ticks(spread: BusTicks, source: RandomStream, way: int, tick: int) -> 
 
 @compiled
 def _is_lost(spread: BusTicks, source: RandomStream, way: int, tick: int) -> bool:
-    """Whether a message is lost that was sent in a tick."""
+    """True where a message that was sent in a tick is lost."""
     if spread.lost_share == 0.0:
         return False
     first, _, _ = random_stream.uniform_pair(source._replace(counter=LOSSES + way + tick))
@@ -96,7 +96,7 @@ def _is_lost(spread: BusTicks, source: RandomStream, way: int, tick: int) -> boo
 
 @compiled
 def has_come(spread: BusTicks, source: RandomStream, way: int, tick: int, after: int) -> bool:
-    """Whether a message is there so many ticks after the one it was sent in; see `taken_ticks`."""
+    """True where a message has come so many ticks after it was sent; see `taken_ticks`."""
     if taken_ticks(spread, source, way, tick) > after:
         return False
     return not _is_lost(spread, source, way, tick)

@@ -6,7 +6,7 @@ from opensuction.kernel.name import name_of
 
 
 class FaultSite(IntEnum):
-    """What a fault attacks, in the order of the documentation."""
+    """Site that a fault attacks, in the order of the documentation."""
 
     SWITCH = 0
     TIP = 1

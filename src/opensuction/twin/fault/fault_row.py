@@ -19,7 +19,7 @@ from opensuction.twin.patient.patient import Patient
 
 
 class Strength(NamedTuple):
-    """How strong a fault can be."""
+    """Strength of a fault: its meaning and range."""
 
     meaning: str
     unit: str
@@ -118,17 +118,17 @@ class FaultRow(NamedTuple):
 
     @property
     def is_linked(self) -> bool:
-        """Whether it lies between controller and machine."""
+        """True where it lies between controller and machine."""
         return isinstance(self.effect, ReadingEffect | LinkEffect)
 
     @property
     def is_setup(self) -> bool:
-        """Whether it can only be there from the start."""
+        """True where it can only be there from the start."""
         return isinstance(self.effect, SetupEffect)
 
     @property
     def is_planned(self) -> bool:
-        """Whether it is there before the cycle is planned."""
+        """True where it is there before the cycle is planned."""
         return isinstance(self.effect, SetupEffect) and self.effect.is_planned
 
     def check_strength(self, strength: float) -> None:

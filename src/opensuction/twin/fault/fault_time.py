@@ -13,7 +13,7 @@ from opensuction.twin.fault.reading_fault import Spell
 
 
 class FaultOnset(NamedTuple):
-    """How strong a fault of the link or of a sensor is, and when it begins."""
+    """Strength of a fault of the link or of a sensor, and the tick at which it begins."""
 
     strength: float
     tick: int
@@ -51,7 +51,7 @@ def by_turns_of(seconds: float) -> Callable[[FaultOnset], Spell]:
 
 
 class Course(NamedTuple):
-    """How a fault of machine or patient goes on in time; a run follows it in steps."""
+    """Course of a fault of machine or patient in time; a run follows it in steps."""
 
     step_s: Callable[[float], float]
     """Time between two changes, from the strength."""

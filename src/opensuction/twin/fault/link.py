@@ -27,7 +27,7 @@ Ring = Array
 
 
 class Message(NamedTuple):
-    """What the controller sends in a tick."""
+    """Message of the controller in a tick."""
 
     commands: Commands
     wanted: int
@@ -49,7 +49,7 @@ _read_monitor = row.table_reader(Monitor)
 
 
 class Turns(NamedTuple):
-    """When losses come and go: by turns of one length, the first with them."""
+    """Turns by which losses come and go: all of one length, the first with them."""
 
     ticks: int
     """0: they are there all the time."""
@@ -64,7 +64,7 @@ MONITOR_ROWS = 2048
 
 
 class Link(NamedTuple):
-    """What is at fault between controller and machine."""
+    """Link between controller and machine, with its faults."""
 
     first: ReadingFault
     second: ReadingFault
@@ -93,14 +93,14 @@ class Link(NamedTuple):
 
 
 class LinkState(NamedTuple):
-    """What both sides got last."""
+    """Last messages that both sides received."""
 
     readings: Readings
     message: Message
 
 
 class LinkPast(NamedTuple):
-    """What comes now of what was sent earlier; where the link delays nothing it is not looked at.
+    """Earlier messages that arrive now; not looked at where the link delays nothing.
 
     It is read before a tick, and kept after it, by whoever has the rings: what hands them on has
     their references counted at every hand, which took longer than the tick.
@@ -157,7 +157,7 @@ def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
 
 @compiled
 def sense(link: Link, true: Readings, tick: int) -> Readings:
-    """What the sensors report of the true readings."""
+    """Readings that the sensors report of the true ones."""
     once = reading_fault.apply(link.first, true, tick)
     return reading_fault.apply(link.second, once, tick)
 
@@ -177,7 +177,7 @@ def _invalidate(readings: Readings) -> Readings:
 
 @compiled
 def _is_turn(turns: Turns, tick: int) -> bool:
-    """Whether what comes and goes by turns is there."""
+    """True while a loss that comes and goes by turns is there."""
     return turns.ticks == 0 or (tick - turns.from_tick) // turns.ticks % 2 == 0
 
 
@@ -212,7 +212,7 @@ def _is_command_lost(link: Link, tick: int) -> bool:
 
 @compiled
 def _reading_ticks(link: Link, tick: int) -> int:
-    """How old the newest readings are that have come; -1 where none have for long."""
+    """Age of the newest readings that have come; -1 where none have for long."""
     delay = link.reading_delay_ticks
     if not bus.is_there(link.carrier):
         return delay
@@ -224,7 +224,7 @@ def _reading_ticks(link: Link, tick: int) -> int:
 
 @compiled
 def _takes_command(link: Link, tick: int, old: int) -> bool:
-    """Whether a command of so many ticks ago has come over the bus by now."""
+    """True where a command of so many ticks ago has come over the bus by now."""
     taken = old - link.command_delay_ticks
     if not bus.has_come(link.carrier, link.stream, bus.COMMANDS, tick - old, taken):
         return False
@@ -233,7 +233,7 @@ def _takes_command(link: Link, tick: int, old: int) -> bool:
 
 @compiled
 def _command_ticks(link: Link, sent: Ring, tick: int) -> int:
-    """How old the newest command is that has come, of those that were sent before this tick.
+    """Age of the newest command that has come, of those that were sent before this tick.
 
     0: over a bus none has, or there is no bus and no delay.
     """
@@ -248,7 +248,7 @@ def _command_ticks(link: Link, sent: Ring, tick: int) -> int:
 
 @compiled
 def recall(link: Link, got: Ring, sent: Ring, shown: Ring, tick: int) -> LinkPast:
-    """What comes in a tick of what was sent before it. got, sent, shown: see `rings`."""
+    """Messages sent before a tick that arrive in it. got, sent, shown: see `rings`."""
     # All three, needed or not: no branch lies between the references' counts, so there are none.
     step, reading_ticks = _step_of(tick), _reading_ticks(link, tick)
     command_ticks = _command_ticks(link, sent, tick)
@@ -277,7 +277,7 @@ def keep(
 def receive_readings(
     link: Link, state: LinkState, reported: Readings, past: LinkPast, tick: int
 ) -> Readings:
-    """What the controller gets in a tick of what the sensors report."""
+    """Readings that the controller receives in a tick of those that the sensors report."""
     if link.readings_repeated:
         return state.readings
     lost = _chances(link, tick)[0] < link.reading_lost_share
@@ -292,7 +292,7 @@ def receive_readings(
 
 @compiled
 def receive_monitor(link: Link, state: LinkState, shown: Monitor, past: LinkPast) -> Monitor:
-    """What the controller gets of the patient monitor, which has a link of its own."""
+    """Values that the controller receives of the patient monitor, which has a link of its own."""
     if link.monitor_frozen:
         return state.readings.monitor
     if link.monitor_delay_steps == 0:
@@ -304,7 +304,7 @@ def receive_monitor(link: Link, state: LinkState, shown: Monitor, past: LinkPast
 def receive_message(
     link: Link, state: LinkState, sent: Message, past: LinkPast, tick: int
 ) -> tuple[Message, bool]:
-    """What the drives go by in a tick, and whether it is new."""
+    """Message that the drives go by in a tick; true where it is new."""
     carried = bus.is_there(link.carrier)
     lost = not carried and _is_command_lost(link, tick)  # over a bus each message for itself
     if lost or link.commands_repeated or not link.controller_runs:

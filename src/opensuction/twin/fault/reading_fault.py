@@ -21,7 +21,7 @@ FAULT_PURPOSE = 3_000_000
 
 
 class Channel(IntEnum):
-    """Which reading."""
+    """Reading that a fault concerns."""
 
     NONE = 0
     HEAD = 1
@@ -35,7 +35,7 @@ class Channel(IntEnum):
 
 
 class Mode(IntEnum):
-    """What happens to it."""
+    """Mode of a fault of a reading."""
 
     OFFSET = 0
     NOISY = 1
@@ -75,7 +75,7 @@ HEALTHY = make_zero(ReadingFault, stream=random_stream.stream(0, FAULT_PURPOSE))
 
 
 class Spell(NamedTuple):
-    """When a fault begins, for how long it is there, and when it comes again; in ticks."""
+    """Begin, duration and period of a fault, in ticks."""
 
     begin: int
     there: int = FOR_GOOD
@@ -119,7 +119,7 @@ def chance(seed: int, number: int) -> RandomStream:
 
 @compiled
 def _is_there(fault: ReadingFault, tick: int) -> bool:
-    """Whether the fault acts in a tick."""
+    """True while the fault acts in a tick."""
     since = tick - fault.begin_tick
     if fault.period_ticks > 0:
         since %= fault.period_ticks
@@ -128,7 +128,7 @@ def _is_there(fault: ReadingFault, tick: int) -> bool:
 
 @compiled
 def _concerns(fault: ReadingFault, channel: int) -> bool:
-    """Whether the fault is one of that channel."""
+    """True where the fault is one of that channel."""
     if fault.channel == Channel.HEADS:
         return channel in (Channel.HEAD, Channel.CARRIAGE)
     return fault.channel == channel
@@ -136,7 +136,7 @@ def _concerns(fault: ReadingFault, channel: int) -> bool:
 
 @compiled
 def distort(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
-    """What is read of a channel where ``true`` is right."""
+    """Reading of a channel whose true value is ``true``."""
     if not _concerns(fault, channel):
         return true
     if fault.mode == Mode.OFFSET:
@@ -164,7 +164,7 @@ def _is_valid(fault: ReadingFault, channel: int, valid: bool) -> bool:
 
 @compiled
 def _is_closed(fault: ReadingFault, closed: bool) -> bool:
-    """What is read of the contact switch."""
+    """Reading of the contact switch."""
     if fault.channel != Channel.CONTACT:
         return closed
     if fault.mode == Mode.FLIPPED:
@@ -174,7 +174,7 @@ def _is_closed(fault: ReadingFault, closed: bool) -> bool:
 
 @compiled
 def apply(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
-    """What the sensors report in a tick, one of them at fault."""
+    """Readings that the sensors report in a tick, one of them at fault."""
     if fault.channel == Channel.NONE or not _is_there(fault, tick):
         return readings
     return readings._replace(

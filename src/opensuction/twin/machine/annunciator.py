@@ -20,7 +20,7 @@ ticks is not told, and of a bus that loses each tenth message six in a row are l
 
 
 class Annunciator(NamedTuple):
-    """What is shown at the bedside in a tick."""
+    """Display at the bedside in a tick."""
 
     said: int
     """Mask of conditions in the controller's last message; it stays while the controller is
@@ -34,7 +34,7 @@ class Annunciator(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """What reaches the annunciator in a tick."""
+    """Lines into the annunciator in a tick."""
 
     heard: bool
     """A new message of the controller has come."""
@@ -69,5 +69,5 @@ def step(state: Annunciator, lines: Lines, dt_s: float) -> Annunciator:
 
 @compiled
 def repeat(wanted: int) -> Annunciator:
-    """What is shown where the link is sound: what the controller wants, and no sign of a line."""
+    """Display where the link is sound: the controller's conditions, and no sign of a line."""
     return Annunciator(said=wanted, watchdog_fired=False, reserve_used=False, message_late=False)

@@ -41,7 +41,7 @@ class Bore(NamedTuple):
 
 
 class BoreState(NamedTuple):
-    """What is in the bore, and in the canister behind it."""
+    """Content of the bore, and of the canister behind it."""
 
     mucus_ml: float
     tail_ml: float

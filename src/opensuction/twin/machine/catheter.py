@@ -36,7 +36,7 @@ class Catheter(NamedTuple):
 
 
 class Conduit(NamedTuple):
-    """What a catheter runs in, and how it is laid."""
+    """Conduit that a catheter runs in, and how it is laid."""
 
     bore_mm: Annotated[float, Gt(0), Le(12), Meaning("inner diameter")]
     length_mm: Annotated[float, Ge(300), Le(2000), Meaning("length")]
@@ -76,7 +76,7 @@ CATHETER_SOURCES = {
 
 
 class Route(NamedTuple):
-    """How a conduit is laid."""
+    """Length and bend of a conduit as it is laid."""
 
     length_mm: float
     bend_rad: float

@@ -25,7 +25,7 @@ class Creep(NamedTuple):
 
 
 class CreepState(NamedTuple):
-    """By how much the tip is behind, in either mode."""
+    """Lag of the tip, in either mode."""
 
     fast_mm: float
     slow_mm: float
@@ -48,7 +48,7 @@ def step(creep: Creep, state: CreepState, speed_mm_per_s: float, dt_s: float) ->
 
 @compiled
 def lag_mm(creep: Creep, behind_mm: Array, dt_s: float) -> Array:
-    """By how much a tip is behind a catheter's own positions; shape (n,), from rest."""
+    """Lag of a tip behind a catheter's own positions; shape (n,), from rest."""
     lags, state = np.empty(behind_mm.size), CreepState(0.0, 0.0)
     before_mm = behind_mm[0]
     for tick in range(behind_mm.size):

@@ -46,7 +46,7 @@ class DriveWatchdog(NamedTuple):
 
 
 class WatchdogState(NamedTuple):
-    """What the drives remember."""
+    """State of the drives' watchdog."""
 
     silent_s: float
     """Since the last new command."""
@@ -89,7 +89,7 @@ def of(machine: Machine, home_mm: float) -> DriveWatchdog:
 def _speed_ratio(
     watchdog: DriveWatchdog, state: WatchdogState, head_mm: float, dt_s: float
 ) -> float:
-    """How fast the head moves in, by the drive's own encoder."""
+    """Speed of the head inwards as a ratio, by the drive's own encoder."""
     moved = (head_mm - state.head_mm) / dt_s * SPEED_SHARE / watchdog.out_mm_per_s
     now = min(max(moved, 0.0), 1.0)
     return state.speed_ratio + (now - state.speed_ratio) * dt_s / (SETTLING_S + dt_s)
@@ -97,7 +97,7 @@ def _speed_ratio(
 
 @compiled
 def _coast_mm(watchdog: DriveWatchdog, speed_ratio: float) -> float:
-    """How far a sound drive lets a head of this speed go on before it turns."""
+    """Travel for which a sound drive lets a head of this speed go on before it turns."""
     speed_mm_per_s = speed_ratio * watchdog.out_mm_per_s / SPEED_SHARE
     return max(INWARDS_MM, 0.5 * speed_mm_per_s * speed_mm_per_s / BRAKING_MM_PER_S2)
 

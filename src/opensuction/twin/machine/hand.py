@@ -64,7 +64,7 @@ PARAMETERS: dict[str, Parameter] = {
 
 
 class HandStage(IntEnum):
-    """What the hand does."""
+    """Stage of the hand's action."""
 
     AWAY = 0
     PUSHING = 1
@@ -92,7 +92,7 @@ class Hand(NamedTuple):
 
 
 class HandState(NamedTuple):
-    """What the hand is doing."""
+    """State of the hand."""
 
     stage: int
     stage_s: float
@@ -128,7 +128,7 @@ def draw(park_head_mm: float, quick_mm: float, seed: int, run: int) -> Hand:
 
 @compiled
 def is_gripping(state: HandState) -> bool:
-    """Whether the hand decides where the head goes."""
+    """True where the hand decides the head's position."""
     return state.stage in (HandStage.PUSHING, HandStage.HOLDING, HandStage.PULLING)
 
 

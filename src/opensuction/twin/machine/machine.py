@@ -140,7 +140,7 @@ class Truth(NamedTuple):
 
 @compiled
 def read(machine: Machine, state: MachineState) -> Readings:
-    """What the sensors report."""
+    """Readings that the sensors report."""
     sensed = state.sensed
     return Readings(
         head_mm=sensed.head_mm,

@@ -49,7 +49,7 @@ def at_rest(heart: Heart) -> HeartState:
 
 @compiled
 def stimulus(beyond_tube: bool, sucking: bool, touching: bool) -> float:
-    """How strongly the catheter stimulates the vagus, 0 to 1."""
+    """Stimulus of the vagus by the catheter, 0 to 1."""
     if not beyond_tube:
         return 0.0
     if touching:

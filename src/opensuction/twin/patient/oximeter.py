@@ -26,7 +26,7 @@ class Oximeter(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """What has come since the latest sample of the display."""
+    """Saturation since the latest sample of the display."""
 
     sum_s: float
     """Integral of the saturation."""
@@ -72,7 +72,7 @@ def integrate(sample: Sample, saturation: float, dt_s: float) -> Sample:
 
 @compiled
 def is_due(sample: Sample, dt_s: float) -> bool:
-    """Whether the display takes a sample after this step."""
+    """True where the display takes a sample after this step."""
     return sample.elapsed_s >= SAMPLE_S - 0.5 * dt_s
 
 

@@ -74,7 +74,7 @@ class Patient(NamedTuple):
 
 
 class Strain(NamedTuple):
-    """What the patient does to the lung during a step."""
+    """Strain that the patient puts on the lung during a step."""
 
     muscle_cmh2o: float
     """Pressure of the muscles on it."""
@@ -87,7 +87,7 @@ AT_EASE = Strain(muscle_cmh2o=0.0, resistance_ratio=1.0)
 
 
 class BreathState(NamedTuple):
-    """What is known of the breaths so far."""
+    """Breaths so far."""
 
     reference_ml: float
     """End-expiratory volume at the start."""
@@ -137,7 +137,7 @@ class PatientState(NamedTuple):
 
 @compiled
 def is_inside(patient: Patient, tip_mm: float) -> bool:
-    """Whether the catheter's tip is past the tube's upper end."""
+    """True where the catheter's tip is past the tube's upper end."""
     return tip_mm > -patient.tube_length_mm
 
 
@@ -338,7 +338,7 @@ def step(
 
 @compiled
 def signs(patient: Patient, state: PatientState) -> PatientSigns:
-    """What the machine and the trace learn of the patient."""
+    """Signs of the patient, for the machine and the trace."""
     vitals = state.vitals
     return PatientSigns(
         airway_pressure_cmh2o=vitals.airflow.trachea_cmh2o,

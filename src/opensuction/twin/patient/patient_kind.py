@@ -19,7 +19,7 @@ from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 
 class Anatomy(NamedTuple):
-    """What an age allows."""
+    """Anatomy of an age: the range that it allows."""
 
     weight_kg: tuple[float, float]
     tube_id_mm: tuple[float, float]

@@ -39,7 +39,7 @@ def read(
     heart_rate_per_min: float,
     airway_pressure_cmh2o: float,
 ) -> Monitor:
-    """What arrives at the machine."""
+    """Monitor values that arrive at the machine."""
     if not (monitor.present and monitor.linked):
         return NO_MONITOR
     return Monitor(

@@ -59,7 +59,7 @@ class VentilatorState(NamedTuple):
 
 
 class Supply(NamedTuple):
-    """What the ventilator offers during one step."""
+    """Supply of the ventilator during one step."""
 
     target_cmh2o: float
     source_cmh2o_s_per_ml: float
@@ -74,7 +74,7 @@ def at_rest(ventilator: Ventilator) -> VentilatorState:
 
 @compiled
 def is_inspiring(ventilator: Ventilator, state: VentilatorState) -> bool:
-    """Whether the ventilator is in its inspiration."""
+    """True while the ventilator is in its inspiration."""
     return state.breath_s < ventilator.inspiration_s
 
 
@@ -99,7 +99,7 @@ def step(ventilator: Ventilator, state: VentilatorState, dt_s: float) -> Ventila
 
 @compiled
 def supply(ventilator: Ventilator, state: VentilatorState) -> Supply:
-    """What the ventilator offers now; disconnected, the room offers gas without limit."""
+    """Supply of the ventilator now; disconnected, the room offers gas without limit."""
     if not ventilator.connected:
         return Supply(
             target_cmh2o=0.0,

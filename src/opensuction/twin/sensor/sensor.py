@@ -53,7 +53,7 @@ class Sensors(NamedTuple):
 
 
 class SensorState(NamedTuple):
-    """What the sensors have in their registers."""
+    """Registers of the sensors."""
 
     head_mm: float
     """Last messages."""
@@ -94,7 +94,7 @@ def quantise(value: float, step: float) -> float:
 
 @compiled
 def _convert(sensor: Analogue, value: float, drift: float, noise: float) -> float:
-    """What a sensor reads. drift, noise: in multiples of their RMS."""
+    """Reading of a sensor. drift, noise: in multiples of their RMS."""
     errors = sensor.offset + sensor.drift * drift + sensor.noise * noise
     return quantise(sensor.gain * value + errors, sensor.step)
 
