@@ -29,7 +29,7 @@ BENCH = "a bench has no carina to be taught: its protocol names its own travel"
 
 
 class Step(StrEnum):
-    """What somebody asks for."""
+    """Step of teaching that a person asks for."""
 
     PREPARE = "prepare"
     """Set the limits under which a person pushes."""
@@ -50,7 +50,7 @@ class Step(StrEnum):
 
 
 class Stage(StrEnum):
-    """Where teaching stands."""
+    """Stage of teaching."""
 
     IDLE = "idle"
     PREPARED = "prepared"
@@ -77,7 +77,7 @@ ALLOWED = {
 
 
 def stage_of(found: Basis, now: Now) -> Stage:
-    """Where teaching stands."""
+    """Stage of teaching, by the machine's phase and settings."""
     if now.phase == Phase.TEACHING:
         return Stage.HOMING if now.is_bringing else Stage.MOVING
     if now.phase != Phase.PARKED:
@@ -88,7 +88,7 @@ def stage_of(found: Basis, now: Now) -> Stage:
 
 
 def shown(site: ConsoleContext) -> dict[str, Any]:
-    """Where teaching stands, and what was taught."""
+    """Stage of teaching, and the length that was taught."""
     found, now = bedside.basis_of(site), bedside.now(site)
     span, is_twin = PLAUSIBLE[found.site.age], site.about().machine.is_twin
     stage = stage_of(found, now)
@@ -124,7 +124,7 @@ def _hand(site: ConsoleContext) -> SimulatedHand | None:
 
 
 def _feels(site: ConsoleContext) -> bool | None:
-    """Whether the twin's hand feels the carina; None where the twin does not say."""
+    """True while the twin's hand feels the carina; None where the twin does not say."""
     hand = _hand(site)
     return None if hand is None else hand.feels_carina()
 
