@@ -64,7 +64,7 @@ def issue(
 
 
 def find(site: AccountStore, token: str) -> AccessToken:
-    """What a token allows. Raises NotSignedInError where it is unknown, revoked or over."""
+    """Access that a token gives. Raises NotSignedInError where it is unknown, revoked or over."""
     now = site.now()
     with site.reading() as rows:
         bearer = rows.find_bearer(secret.digest(token), "token")

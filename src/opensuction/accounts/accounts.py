@@ -91,7 +91,7 @@ class Accounts:
         return access_token.issue(self._site, by, label, scope, life)
 
     def find_token(self, token: str) -> AccessToken:
-        """What a token allows."""
+        """Access that a token gives; see `access_token.find`."""
         return access_token.find(self._site, token)
 
     def revoke_token(self, by: Session | None, token_id: str) -> None:

@@ -178,7 +178,7 @@ def _give_password(change: AccountChange, name: str, made: str, password_hash: s
 
 
 def check_right(change: AccountChange, by: Session | None, wanted: Right) -> str:
-    """Who does it, for the record. Raises NotAllowedError for who may not, as of this moment."""
+    """Account that makes a change, for the record. Raises NotAllowedError without the right."""
     if by is None:
         return KEEPER
     state = change.rows.find_state(by.account)
@@ -207,7 +207,7 @@ def _find(change: AccountChange, name: str) -> AccountState:
 
 
 def _has_administrator(change: AccountChange, after: AccountState) -> bool:
-    """Whether there is one when an account has become this."""
+    """True if an active administrator is left after this change of an account."""
     states = [one for one in change.rows.list_states() if one.account != after.account]
     return any(one.is_active and one.is_administrator for one in (*states, after))
 

@@ -14,7 +14,7 @@ from opensuction.accounts.rule import password as password_rule
 
 
 class Cost(NamedTuple):
-    """What a hash costs whoever makes one."""
+    """Cost of a password hash."""
 
     passes: int = 2
     memory_kib: int = 19_456
@@ -46,7 +46,7 @@ class PasswordHasher:
             return self._hasher.hash(_to_bytes(password))
 
     def matches(self, password_hash: str | None, password: str) -> bool:
-        """Whether this is the password; None: there is none, which takes as long to say.
+        """True for the right password; a missing hash takes as long to refuse as a wrong password.
 
         Raises BusyError where that could not be found out.
         """
@@ -58,7 +58,7 @@ class PasswordHasher:
         return password_hash is not None
 
     def is_outdated(self, password_hash: str) -> bool:
-        """Whether it was made at another cost than today's."""
+        """True for a hash that was made at another cost than today's."""
         return self._hasher.check_needs_rehash(password_hash)
 
     @contextmanager

@@ -30,7 +30,7 @@ def make_one_time_password() -> str:
 
 
 def digest(*parts: str) -> str:
-    """What is kept of a secret: its SHA-256. One of 256 bits needs no salt and no slow hash."""
+    """SHA-256 of a secret, kept in its place. 256 random bits need no salt and no slow hash."""
     whole = hashlib.sha256()
     for part in parts:
         content = _to_bytes(part)
@@ -39,12 +39,12 @@ def digest(*parts: str) -> str:
 
 
 def csrf_token(session_token: str) -> str:
-    """What a page sends along with each change: only who has the session's secret can make it."""
+    """Token that a page sends with each change: it takes the session's secret to make it."""
     return hmac.new(_to_bytes(session_token), b"opensuction csrf", hashlib.sha256).hexdigest()
 
 
 def is_csrf_token(session_token: str, shown: str) -> bool:
-    """Whether what was shown belongs to whoever is signed in with this token."""
+    """True if the shown CSRF token belongs to this session token."""
     return hmac.compare_digest(_to_bytes(csrf_token(session_token)), _to_bytes(shown))
 
 

@@ -34,7 +34,7 @@ NOT_A_NAME = "?"
 
 
 class SignedIn(NamedTuple):
-    """What a browser is given."""
+    """Tokens that a browser is given, with its session."""
 
     session_token: str
     """Its secret: a cookie that no script reads."""
@@ -89,7 +89,7 @@ def sign_in(
 
 
 def _is_over(credential: Credential, now: datetime) -> bool:
-    """Whether it is a one-time password that has signed in, or whose time is over."""
+    """True for a one-time password that was used or has expired."""
     ends_at = credential.expires_at
     return credential.is_one_time and (ends_at is None or now >= ends_at)
 

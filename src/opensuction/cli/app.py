@@ -103,7 +103,7 @@ for command in COMMANDS:
 
 
 def _explain(error: typer.TyperException) -> str:
-    """What was wrong with the command line, and where its help is."""
+    """Describe the error in the command line, and name the command that shows its help."""
     words = error.format_message().rstrip(".")
     alike = getattr(error, "possibilities", None)
     if alike:
@@ -173,7 +173,7 @@ def _let_streams_escape() -> None:
 
 
 def _say_what_is_left(ending: BaseException) -> str:
-    """What a command that ended early leaves."""
+    """Say what a command that ended early leaves."""
     notes: list[str] = getattr(ending, "__notes__", ["nothing was written"])
     return notes[0]
 

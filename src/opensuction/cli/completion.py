@@ -84,7 +84,7 @@ ROLES = ("observer", "clinician", "engineer")
 
 
 def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:
-    """What completes the beginning of one of these names; a shell offers files where none does."""
+    """Completer of the beginning of these names; a shell offers files where none fits."""
 
     def complete(incomplete: str) -> list[str]:
         return [name for name in names if name.startswith(incomplete)]

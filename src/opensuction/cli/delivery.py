@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class OutputChoice(NamedTuple):
-    """Where a person wants the results."""
+    """Options for the place and form of the results."""
 
     out: Path | None = None
     force: bool = False
@@ -25,7 +25,7 @@ class OutputChoice(NamedTuple):
 
 
 class CommandResult(NamedTuple):
-    """What a command has found."""
+    """Results of a command."""
 
     data: Json
     """The one object of ``--json``."""
@@ -101,7 +101,7 @@ def deliver(
 def delivering(
     name: str, doing: str, work: "Callable[[Any, ProgressTeller, Path], CommandResult]"
 ) -> Callable[[Any], int]:
-    """What carries a command out: all of its work in the background, its results delivered.
+    """Function that carries a command out in the background and delivers its results.
 
     work: takes the command's options first; their field ``results`` says where to deliver.
     """

@@ -11,7 +11,7 @@ from opensuction.cli.option import OF_A_FILE, OPTIONS
 
 
 class Command(NamedTuple):
-    """What the application knows of a command."""
+    """Entry of a command, by which the application offers it."""
 
     name: str
     options: type[tuple[Any, ...]]
@@ -49,12 +49,12 @@ def _is_record(candidate: Any) -> bool:
 
 
 def _is_repeated(candidate: Any) -> bool:
-    """Whether an option may be given many times."""
+    """True for an option that may be given many times."""
     return get_origin(candidate) is tuple and get_args(candidate)[1:] == (Ellipsis,)
 
 
 def _list_parameters(record: Any) -> Iterator[Parameter]:
-    """What a command takes, in the order of the record's fields."""
+    """Parameters of a command, in the order of the record's fields."""
     for name, hint in get_type_hints(record).items():
         if _is_record(hint):
             yield from _list_parameters(hint)

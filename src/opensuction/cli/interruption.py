@@ -38,7 +38,7 @@ class _Postponed:
 
 
 def _is_called_by_native_code(frame: FrameType | None) -> bool:
-    """Whether an exception would meet native code, which cannot pass it on."""
+    """True if an exception would meet native code, which cannot pass it on."""
     while frame is not None:
         name = str(frame.f_globals.get("__name__"))
         if frame.f_code.co_name == "__del__" or name.startswith(NATIVE_CALLERS):
@@ -61,7 +61,7 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 @contextlib.contextmanager
 def postpone() -> Iterator[None]:
-    """What is done in here is done whole; a signal is heard afterwards."""
+    """Postpone signals until the work inside is done."""
     _Postponed.depth += 1
     try:
         yield
@@ -89,7 +89,7 @@ def hear() -> Iterator[None]:
 
 
 def describe(stopped: Stopped) -> str:
-    """What is said of a signal."""
+    """Words for a signal."""
     return WORDS[signal.Signals(stopped.number).name]
 
 

@@ -136,7 +136,7 @@ def _unwritable(folder: Path, error: OSError) -> InputError:
 
 
 def _is_fixed(folder: Path) -> bool:
-    """Whether no other can take its place: a disk is mounted there, or it is the current one."""
+    """True for a folder that cannot be replaced: a mount point, or the current one."""
     return folder.is_mount() or folder == Path.cwd()
 
 
@@ -174,7 +174,7 @@ def _put_in_place(staging: Path, folder: Path, force: bool) -> None:
 
 
 def _find_obstacle(staging: Path, folder: Path, force: bool) -> str | None:
-    """What keeps files from being moved into a folder; None where nothing does."""
+    """Obstacle to moving files into a folder; None where there is none."""
     if not folder.is_dir():
         return "a file has taken its place meanwhile"
     if not force and any(one != staging for one in folder.iterdir()):

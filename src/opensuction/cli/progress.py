@@ -104,7 +104,7 @@ class _Compilations:
 
     @property
     def are_running(self) -> bool:
-        """Whether something is compiled, or was a moment ago: one function follows another."""
+        """True while something is compiled, or was a moment ago: one function follows another."""
         return self._is_running or time.monotonic() - self._ended_s < SHORT_S
 
     @property
@@ -114,7 +114,7 @@ class _Compilations:
 
     @property
     def state(self) -> str:
-        """How far they are, in a line."""
+        """Progress of the compilation, in a line."""
         return f"Compiling: {self._stage}, {self._functions} functions, {self.seconds:.0f} s"
 
 
@@ -137,7 +137,7 @@ class ProgressTeller:
         self._console.print(line, soft_wrap=True)
 
     def show(self, standing: str) -> None:
-        """How far the work is: beside the spinner, or in a line now and then; from any thread."""
+        """Show progress beside the spinner, or in a line now and then; from any thread."""
         self._standing = self._console.say(standing)
         if not self._console.is_terminal and self.elapsed_s - self._told_s >= NEWS_S:
             self._told_s = self.elapsed_s

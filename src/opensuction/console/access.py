@@ -36,7 +36,7 @@ Holder = Session | AccessToken | None
 
 
 async def find_site(connection: HTTPConnection) -> ConsoleContext:
-    """What the application was made of.
+    """Context that the application was made with.
 
     Asynchronous, so that it needs no thread: a stop must not wait for one when all of them wait for
     a database that hangs.
@@ -70,7 +70,7 @@ OutOfTurn = Annotated[None, Depends(leave_turn)]
 
 
 def session_token(connection: HTTPConnection) -> str | None:
-    """What a browser shows; None where nobody has signed in."""
+    """Session token in the browser's cookie; None where nobody has signed in."""
     site: ConsoleContext = connection.app.state.site
     name = session_cookie(site.folder, connection.headers.get("host"))
     return connection.cookies.get(name) or None
@@ -82,7 +82,7 @@ def _bearer_token(connection: HTTPConnection) -> str | None:
 
 
 class Names:
-    """Who showed which session not long ago: a stop is not to wait for a database to say so."""
+    """Accounts of recently seen session tokens, so that a stop need not wait for a database."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[str, str] = OrderedDict()
@@ -100,7 +100,7 @@ class Names:
         self._known.pop(secret.digest(token), None)
 
     def find(self, token: str) -> str | None:
-        """Who it was; None of somebody that nobody has seen."""
+        """Account of a session token; None for a token that was not seen."""
         return self._known.get(secret.digest(token))
 
 
@@ -128,7 +128,7 @@ def find_session(site: ConsoleContext, connection: HTTPConnection, token: str) -
 
 
 def find_holder(site: ConsoleContext, connection: HTTPConnection) -> Holder:
-    """Who asks for something that changes nothing. Raises NotSignedInError for what is over."""
+    """Holder of a request that changes nothing. Raises NotSignedInError for an ended session."""
     bearer = _bearer_token(connection)
     if bearer is not None:
         return site.accounts.find_token(bearer)
@@ -180,7 +180,7 @@ def may_begin(wanted: Right) -> Callable[[HTTPConnection, ConsoleContext, None],
 
 
 def allow_change(site: ConsoleContext, connection: HTTPConnection, wanted: Right) -> Session:
-    """Who asks for a change, if that person may. Raises errors of `accounts.refusal`."""
+    """Session of a request for a change, if its holder may. Raises errors of `accounts.refusal`."""
     if _bearer_token(connection) is not None:
         raise NotAllowedError("a token of another program changes nothing")
     token = session_token(connection)

@@ -96,7 +96,7 @@ def create_app(site: ConsoleContext, limits: Limits = USUAL) -> FastAPI:
 
 
 def _begin(app: FastAPI) -> None:
-    """What belongs to one event loop."""
+    """Create the parts that belong to one event loop."""
     site: ConsoleContext = app.state.site
     app.state.broadcast = Broadcast(site.hub)
     app.state.asking = Asking(site.folder, site.hub)

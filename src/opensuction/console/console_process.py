@@ -86,7 +86,7 @@ class PrivateLog(RotatingFileHandler):
 
 
 def _log_to(folder: Path) -> None:
-    """What was refused or failed, in a file that does not grow for ever."""
+    """Log refusals and failures to a file of bounded size."""
     handler = PrivateLog(folder / LOG_FILE, maxBytes=LOG_BYTES, backupCount=1)
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     handler.addFilter(Throttle())

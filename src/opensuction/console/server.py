@@ -102,7 +102,7 @@ class HastyProtocol(H11Protocol):
         super().connection_lost(exc)
 
     def _is_waiting(self) -> bool:
-        """Whether part of a request is there, and the rest is not."""
+        """True while a part of a request is there, and the rest is not."""
         if self.transport.is_closing() or self.transport.get_protocol() is not self:
             return False
         cycle: RequestResponseCycle | None = self.cycle  # before the first request there is none
@@ -123,7 +123,7 @@ class HastyProtocol(H11Protocol):
             self.transport.abort()
 
     def send_400_response(self, msg: str) -> None:  # noqa: ARG002 - not for who sent it
-        """What is no request at all is refused as a problem, too."""
+        """Answer input that is no HTTP request with a problem, as every refusal."""
         body = bytes(problem.answer(Problem(BAD_REQUEST, "this is no request of HTTP")).body)
         head = (
             "HTTP/1.1 400 Bad Request",
@@ -159,7 +159,7 @@ class Server(uvicorn.Server):
 
 
 def make_server(app: ASGIApp, context: SSLContext | None = None) -> Server:
-    """What serves an application on sockets that listen already. context: speaks HTTPS."""
+    """Server of an application on sockets that listen already. context: speaks HTTPS."""
     config = uvicorn.Config(
         app,
         http=HastyProtocol,

@@ -16,7 +16,7 @@ PORT = re.compile(r":(\d{1,5})$", re.ASCII)
 
 
 class ListeningAddress(NamedTuple):
-    """Where the console listens."""
+    """Address on which the console listens."""
 
     host: str
     port: int

@@ -59,12 +59,12 @@ def _ask(
 
 
 def _describe(status: int) -> str:
-    """How a process ended."""
+    """Ending of a process, in words."""
     return f"killed by signal {-status}" if status < 0 else f"ended with status {status}"
 
 
 class _WorkerPool:
-    """What the threads of `spread` share; each of them has one process work after the other."""
+    """State that the threads of `spread` share; each has one process work after the other."""
 
     def __init__(self, function: Callable[[Any], Any], tasks: Sequence[Any]) -> None:
         self.answers: dict[int, Any] = {}

@@ -33,7 +33,7 @@ Values = Any
 
 
 class Given(NamedTuple):
-    """What a person says of a recording, beside input and output."""
+    """Description of a recording, beside input and output."""
 
     time: Values = None
     """When the samples were taken, in s; dates and durations of NumPy too. None: evenly."""

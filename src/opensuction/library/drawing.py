@@ -47,7 +47,7 @@ class Drawing:
 
 
 class _Axis(NamedTuple):
-    """Where numbers lie along one side of the picture."""
+    """Axis of a picture: its range of numbers, and its ends in px."""
 
     low: float
     high: float

@@ -57,7 +57,7 @@ class Fitted(NamedTuple):
 
 
 class LoadedResult(NamedTuple):
-    """What a parameter file holds of the result of ``identify``."""
+    """Result of ``identify``, as a parameter file holds it."""
 
     model: str
     method: str
@@ -122,13 +122,13 @@ class Fit:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is weak about recording and fit, a sentence each; a file holds none."""
+        """Weaknesses of recording and fit, a sentence each; a file holds none."""
         found = self._model_result
         return () if found is None else found.warnings
 
     @property
     def is_invertible(self) -> bool:
-        """Whether `inverse` need not jump."""
+        """True if `inverse` need not jump."""
         return self.identified.about.well_posed
 
     @cached_property

@@ -60,7 +60,7 @@ class Run:
 
     @property
     def is_good(self) -> bool:
-        """Whether the cycle was completed and broke no bound for the patient."""
+        """True if the cycle was completed and broke no bound for the patient."""
         return self.result.is_good
 
     def report(self, path: Name) -> None:

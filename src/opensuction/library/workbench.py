@@ -40,7 +40,7 @@ class Comparison:
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Why it is recommended, a sentence each."""
+        """Reasons for the recommendation, a sentence each."""
         return self.result.models[0].reasons
 
     def __getitem__(self, model: str) -> Fit:

@@ -18,7 +18,7 @@ def write_shape(shape: tuple[int, ...]) -> str:
 
 
 def is_row(shape: tuple[int, ...]) -> bool:
-    """Whether no more than one axis is longer than 1."""
+    """True if no more than one axis is longer than 1."""
     return sum(length != 1 for length in shape) <= 1
 
 

@@ -14,7 +14,7 @@ def megabytes(size_bytes: int) -> int:
 
 
 def describe_excess(samples: int) -> str:
-    """What to say of a recording with more samples than the bound."""
+    """Describe a recording with more samples than the bound."""
     return (
         f"has {samples} rows or more, above the limit of {MOST_SAMPLES}; keep every "
         f"{-(-samples // MOST_SAMPLES)}th row or fewer cycles"
@@ -22,5 +22,5 @@ def describe_excess(samples: int) -> str:
 
 
 def describe_missing(rows: int, of: int) -> str:
-    """What to say of rows that lack a number, and what can be done."""
+    """Describe rows that lack a number, with a remedy."""
     return f"(in {rows} of {of} rows); fill it in, or leave such rows out with --skip-missing"

@@ -24,7 +24,7 @@ DAMAGED = (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, NotImple
 
 
 def is_archive(path: Path) -> bool:
-    """Whether a zip archive is one of NumPy's: it holds arrays and nothing else."""
+    """True for a zip archive of NumPy's: it holds arrays and nothing else."""
     try:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()

@@ -75,7 +75,7 @@ LOOKED_AT_BYTES = 65536
 
 
 class Reader(NamedTuple):
-    """How a kind of file is read."""
+    """Reader of a kind of file."""
 
     names: Callable[[Path], tuple[str, ...]]
     columns: Callable[[Path, Sequence[str], bool], Columns]
@@ -99,7 +99,7 @@ class RecordedTable(NamedTuple):
 
 
 def open_table(path: Path) -> RecordedTable:
-    """What a file holds, its numbers not yet read.
+    """Table in a file, its numbers not yet read.
 
     Raises InputError for a file that is missing, no file, not readable, too large, or no table.
     """

@@ -46,7 +46,7 @@ _YEAR_FIRST = re.compile(r"\s*\d{4}([-/])\d\d\1\d\d[T ]\d\d:\d\d")
 
 
 class Layout(NamedTuple):
-    """How a text is cut into cells, and what its columns are called."""
+    """Layout of a text: separator of its cells, and names of its columns."""
 
     separator: str
     names: tuple[str, ...]
@@ -70,18 +70,18 @@ class Record(NamedTuple):
 
 
 class _UnclearError(InputError):
-    """Why one separator gives no table, although it cuts the numbers into cells."""
+    """Error of a separator that gives no table, although it cuts the numbers into cells."""
 
 
 def is_comment(line: str) -> bool:
-    """Whether a line is for people alone."""
+    """True for a line that is for people alone."""
     return line.startswith(COMMENTS)
 
 
 def cut(
     path: Path, lines: Iterator[tuple[int, str]], separator: str
 ) -> Iterator[tuple[int, int, list[str]]]:
-    """What makes a `Record`, of numbered lines without comments, as fast as it can be done.
+    """Cut numbered lines without comments into the parts of `Record`s, as fast as can be done.
 
     Raises InputError for what cannot be cut into cells.
     """
@@ -143,7 +143,7 @@ def _sample(lines: Iterator[tuple[int, str]]) -> tuple[str, list[tuple[int, str]
 
 
 def _is_one_column(lines: Sequence[tuple[int, str]]) -> bool:
-    """Whether a single name stands above single numbers; their commas are decimal then."""
+    """True if a single name stands above single numbers; their commas are decimal then."""
     header, *rows = (line.strip() for _, line in lines)
     return not _is_value(header) and all(re.fullmatch(r"[+-]?\d*,?\d+", row) for row in rows)
 
@@ -282,17 +282,17 @@ def _shared_width(header: Sequence[str], rows: Sequence[Record]) -> int | None:
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell says that there is no number."""
+    """True for a cell that says that there is no number."""
     return cell.strip().lower() in MISSING
 
 
 def is_date(cell: str) -> bool:
-    """Whether a cell is a date or a time of day."""
+    """True for a cell that is a date or a time of day."""
     return bool(_DATE.fullmatch(cell.strip()))
 
 
 def is_instant(cell: str) -> bool:
-    """Whether a cell begins as a date with its time does that `read_instant` reads."""
+    """True for a cell that begins with a date and time that `read_instant` reads."""
     return bool(_YEAR_FIRST.match(cell))
 
 
@@ -311,7 +311,7 @@ def _is_value(cell: str) -> bool:
 
 
 def _is_number(cell: str) -> bool:
-    """Whether a cell is a number or a date and nothing else."""
+    """True for a cell that is a number or a date and nothing else."""
     text = cell.strip()
     try:
         float(text.replace(",", "."))
@@ -321,25 +321,25 @@ def _is_number(cell: str) -> bool:
 
 
 def _is_row(cells: Sequence[str], strict: bool) -> bool:
-    """Whether all cells are values, and not all of them missing."""
+    """True if all cells are values, and not all of them missing."""
     values = [cell for cell in cells if not is_missing(cell)]
     return bool(values) and all(_is_number(one) if strict else _is_value(one) for one in values)
 
 
 def _is_header(cells: Sequence[str], is_first: bool) -> bool:
-    """Whether cells are names: none a value, or, in the first line of a text, not all."""
+    """True if cells are names: none a value, or, in the first line of a text, not all."""
     names = [not (_is_value(cell) or is_missing(cell)) for cell in cells if cell.strip()]
     return any(names) and (is_first or all(names))
 
 
 def _is_unit(cell: str) -> bool:
-    """Whether a cell below a name may be its unit: a known one, anything in brackets, or none."""
+    """True for a cell that may be a unit below a name: a known one, any in brackets, or none."""
     text = cell.strip()
     return not text.strip("-") or bool(_BRACKETED.fullmatch(text)) or find_unit(text) is not None
 
 
 def _is_second_header(above: Sequence[str], header: Sequence[str], width: int) -> bool:
-    """Whether the line above a header may be the header itself."""
+    """True if the line above a header may be the header itself."""
     return (
         len(above) == len(header)
         and all(cell.strip() for cell in above[:width])
@@ -348,7 +348,7 @@ def _is_second_header(above: Sequence[str], header: Sequence[str], width: int) -
 
 
 def _describe_mismatch(header: Record, row: Record, separator: str) -> str:
-    """What to say of a header that does not have as many names as the row below has cells."""
+    """Describe a header with another number of names than the row below has cells."""
     names, cells = len(header.cells), len(row.cells)
     if names == 1:
         return (

@@ -46,7 +46,7 @@ def find_encoding(path: Path) -> str:
 
 
 def read_layout(path: Path, encoding: str = UTF8) -> Layout:
-    """How the text is cut into cells. Raises InputError for text that is no table."""
+    """Layout of a text's cells. Raises InputError for text that is no table."""
     with _text(path, encoding) as file:
         return text_layout.find_layout(path, _lines(path, file))
 

@@ -14,7 +14,7 @@ from opensuction.records.request import Request
 
 
 class AccountState(NamedTuple):
-    """What an account is."""
+    """State of an account."""
 
     account: str
     role: str
@@ -23,7 +23,7 @@ class AccountState(NamedTuple):
 
 
 class Credential(NamedTuple):
-    """What a password is held against."""
+    """Credential that a password is held against."""
 
     account: str
     password_hash: str
@@ -35,7 +35,7 @@ class Credential(NamedTuple):
 
 
 class Bearer(NamedTuple):
-    """Who shows a secret of this SHA-256."""
+    """Holder of a secret with this SHA-256."""
 
     digest: str
     kind: str
@@ -55,7 +55,7 @@ class Attempt(NamedTuple):
 
 
 class AccessToken(NamedTuple):
-    """What another program may read."""
+    """Token with which another program may read."""
 
     id: str
     label: str
@@ -71,14 +71,14 @@ class AccountRows:
         self._connection = connection
 
     def find_state(self, account: str) -> AccountState | None:
-        """What an account is now; None: there is none of that name."""
+        """Present state of an account; None: there is none of that name."""
         table = account_schema.account_state
         query = select(table).where(table.c.account == account).order_by(table.c.number.desc())
         row = self._first(query.limit(1))
         return None if row is None else _to_state(row)
 
     def list_states(self) -> list[AccountState]:
-        """What every account is now, by its name."""
+        """Present state of every account, by its name."""
         table = account_schema.account_state
         last = (
             select(table.c.account, func.max(table.c.number).label("number"))
@@ -93,7 +93,7 @@ class AccountRows:
         return [_to_state(row) for row in self._connection.execute(query)]
 
     def find_credential(self, account: str) -> Credential | None:
-        """What the password of an account is held against."""
+        """Credential of an account."""
         table = account_schema.credential
         row = self._first(select(table).where(table.c.account == account))
         if row is None:
@@ -114,7 +114,7 @@ class AccountRows:
         self._connection.execute(delete(table).where(table.c.account == account))
 
     def find_bearer(self, digest: str, kind: str) -> Bearer | None:
-        """Who shows a secret, of this kind."""
+        """Holder of a secret of this kind."""
         table = account_schema.bearer
         query = select(table).where(table.c.digest == digest, table.c.kind == kind)
         row = self._first(query)

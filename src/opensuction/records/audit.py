@@ -20,7 +20,7 @@ WAIT_S = 5.0
 
 
 class AuditScope(NamedTuple):
-    """What is wanted of an audit."""
+    """Scope of an audit."""
 
     expected: str | None = None
     """Hash of a head that was noted before."""
@@ -31,7 +31,7 @@ class AuditScope(NamedTuple):
 
 
 class _Recordings(NamedTuple):
-    """What is on record of recordings."""
+    """Recordings on record."""
 
     bound: list[BoundRecording]
     unbound: int

@@ -38,7 +38,7 @@ class SettingsFile(NamedTuple):
 
 
 class CycleStart(NamedTuple):
-    """What is known of a cycle before it starts."""
+    """Start of a cycle, with what is known before."""
 
     machine: Machine
     catheter: Catheter
@@ -57,7 +57,7 @@ class CycleStart(NamedTuple):
 
 
 class Outcome(StrEnum):
-    """How a cycle ended."""
+    """Outcome of a cycle."""
 
     COMPLETED = "completed"
     ABORTED = "aborted"
@@ -66,7 +66,7 @@ class Outcome(StrEnum):
 
 
 class CycleEnd(NamedTuple):
-    """How a cycle ended."""
+    """End of a cycle."""
 
     outcome: Outcome
     detail: str = ""
@@ -84,7 +84,7 @@ class Alarm(NamedTuple):
 
 
 class Action(NamedTuple):
-    """What a person did."""
+    """Action of a person."""
 
     done_by: str
     what: str

@@ -47,7 +47,7 @@ def check_reason(what: str, value: object) -> None:
 
 
 def _check_line(what: str, value: object, longest: int) -> None:
-    """What people type is shown again, in lists and logs, and must not look like something else."""
+    """Check a typed line: lists and logs show it, where it must not look like something else."""
     _check_text(what, value, longest, 1)
     if not str(value).isprintable() or str(value) != str(value).strip():
         raise InputError(f"{what} {show(value)} has spaces around it or invisible characters")

@@ -23,7 +23,7 @@ LONGEST_SEARCH = 100
 
 
 class Wanted(NamedTuple):
-    """What a list is narrowed to; None: by nothing."""
+    """Bounds by which a list is narrowed; None: by nothing."""
 
     since: datetime | None = None
     """From this instant on."""
@@ -80,7 +80,7 @@ class PastAlarm(NamedTuple):
 
 
 class PastAction(NamedTuple):
-    """What a person did."""
+    """Action of a person on record."""
 
     id: str
     number: int
@@ -95,7 +95,7 @@ class PastAction(NamedTuple):
 
 
 class History:
-    """What is on record in one database; only read, so it waits for nobody."""
+    """History in one database; only read, so it waits for nobody."""
 
     def __init__(self, database: Database) -> None:
         """Of a database that is up to date."""
@@ -219,7 +219,7 @@ class History:
         cycle_id: str | None = None,
         wanted: Wanted = ALL,
     ) -> list[PastAction]:
-        """What people did last, the newest first.
+        """List the last actions of people, the newest first.
 
         machine: on this one only; None: anywhere. cycle_id: in this cycle only.
         """

@@ -33,13 +33,13 @@ class BoundRecording(NamedTuple):
 
     @property
     def said(self) -> str:
-        """What it is, in words."""
+        """Name of a recording, with its cycle and machine."""
         whose = "no cycle" if self.cycle is None else f"cycle {self.cycle}"
         return f"the recording {self.file.name} of {whose} of machine {self.machine}"
 
 
 class Kind(StrEnum):
-    """What is wrong with a file."""
+    """Kind of fault of a file."""
 
     MISSING = "missing"
     SWAPPED = "swapped"
@@ -86,7 +86,7 @@ def find_misnaming(path: Path) -> Fault | None:
 
 
 def check(one: BoundRecording, path: Path, find_owner: FindOwner) -> Fault | None:
-    """What is wrong with the file at a path; None: it is what was put on record."""
+    """Fault of the file at a path; None: it is what was put on record."""
     file, said = one.file, one.said
     try:
         if not S_ISREG(path.lstat().st_mode):
@@ -148,7 +148,7 @@ def find_strange(known: Mapping[str, BoundRecording], folder: Path) -> list[Faul
 
 
 def may_be_written(path: Path) -> bool:
-    """Whether a recorder may have it open, or died before it wrote to it."""
+    """True if a recorder may have it open, or died before it wrote to it."""
     try:
         status = path.lstat()
     except OSError:
@@ -159,7 +159,7 @@ def may_be_written(path: Path) -> bool:
 
 
 def check_all(recordings: Iterable[BoundRecording], folder: Path | None) -> list[Fault]:
-    """What is wrong with all that is on record.
+    """Faults of all recordings that are on record.
 
     folder: where all of it lies by now; None: where each was written.
     """

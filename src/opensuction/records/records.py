@@ -253,7 +253,7 @@ class Records:
             ]
 
     def find_end(self, cycle_id: str) -> CycleEnd | None:
-        """How a cycle ended; None: it has not, or is not on record."""
+        """End of a cycle; None: it has not ended, or is not on record."""
         end = schema.cycle_end
         with self.database.reading() as connection:
             row = connection.execute(select(end).where(end.c.cycle_id == cycle_id)).one_or_none()
@@ -290,7 +290,7 @@ class Records:
         return float((latest - earliest).total_seconds())
 
     def head(self) -> Head:
-        """Where the trail ends now: note it elsewhere, and a trail cut off later is found."""
+        """Present head of the trail: note it elsewhere, and a trail cut off later is found."""
         with self.database.reading() as connection:
             return read_head(connection)
 

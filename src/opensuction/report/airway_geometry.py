@@ -50,7 +50,7 @@ class Tick(NamedTuple):
 
 
 class Still(NamedTuple):
-    """What stands still; depths are in px from the top."""
+    """Fixed parts of the drawing; depths are in px from the top."""
 
     height_px: float
     tube_end_px: float

@@ -19,7 +19,7 @@ DRAWING = (
 
 
 def removed(result: CycleResult) -> str:
-    """How much was removed; empty where that is not known."""
+    """Volume of secretions removed, in a sentence; empty where it is not known."""
     volume_ml = result.secretion.removed_ml
     if volume_ml is None:
         return ""
@@ -31,7 +31,7 @@ def removed(result: CycleResult) -> str:
 
 
 def next_pass(result: CycleResult) -> str:
-    """What may follow where less than half was removed; empty where there is nothing to offer."""
+    """Advice on a next pass where less than half was removed; empty where there is none."""
     percent = result.secretion.removed_percent
     if percent is None or percent >= figures.CLEARANCE_PERCENT or not result.is_completed:
         return ""

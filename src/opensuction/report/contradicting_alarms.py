@@ -12,7 +12,7 @@ from opensuction.result.cycle_result import CycleResult
 
 
 class AlarmContradiction(NamedTuple):
-    """What speaks against a figure."""
+    """Bounds and alarms that contradict a figure."""
 
     harms: tuple[str, ...]
     """Names of bounds, as in the JSON."""

@@ -30,12 +30,12 @@ def alarm(notice: Notice) -> str:
 
 
 def raiser(notice: Notice) -> str:
-    """Who raised an alarm, for a person."""
+    """Source of an alarm, for a person."""
     return {"power": "power supply", "drives": "drives"}.get(notice.by, notice.by)
 
 
 def aborted_at_s(result: CycleResult) -> float | None:
-    """When the abort began; None where the cycle did not abort or the time is not known."""
+    """Time at which the abort began; None where the cycle did not abort or it is not known."""
     for phase in result.phases:
         if phase.name == "aborting":
             return phase.start_s
@@ -43,7 +43,7 @@ def aborted_at_s(result: CycleResult) -> float | None:
 
 
 def ended(result: CycleResult) -> str:
-    """How the cycle ended, in a word or two."""
+    """Ending of the cycle, in a word or two."""
     if result.is_completed:
         return "Completed"
     name = result.outcome.capitalize()
@@ -52,7 +52,7 @@ def ended(result: CycleResult) -> str:
 
 
 def reason(result: CycleResult) -> str:
-    """Why the cycle ended before its time: what came first, not what followed from it."""
+    """First cause of the cycle's early end, not what followed from it."""
     start_s = aborted_at_s(result)
     said = [
         _acted_first(result, start_s),
@@ -66,7 +66,7 @@ def reason(result: CycleResult) -> str:
 
 
 def _acted_first(result: CycleResult, start_s: float | None) -> str | None:
-    """What made drives or power supply act before the controller broke the cycle off."""
+    """Sentence on drives or power supply that acted before the controller broke the cycle off."""
     for notice in sorted(notices(result), key=lambda notice: notice.started_s or 0.0):
         is_first = start_s is None or (notice.started_s or 0.0) <= start_s
         if notice.condition in ACTED and is_first:
@@ -80,7 +80,7 @@ def _acted_first(result: CycleResult, start_s: float | None) -> str | None:
 
 
 def _event(result: CycleResult) -> str | None:
-    """Why the procedure broke off by itself; None where a trip made it."""
+    """Reason for which the procedure broke off by itself; None where a trip made it."""
     cause = result.abort
     return None if cause is None or cause.event == "tripped" else cause.sentence
 
@@ -111,7 +111,7 @@ def injected_fault(result: CycleResult, fault: FaultRecord) -> str:
 
 
 def _first_sign(result: CycleResult, sign: FaultNotice | None, at_s: float) -> str:
-    """What noticed a fault first: a detector, or where none did the first alarm after it."""
+    """First sign of a fault: a detector's, or where none noticed it the first alarm after it."""
     later = [
         (notice.started_s - at_s, notice)
         for notice in notices(result)

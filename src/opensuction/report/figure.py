@@ -7,7 +7,7 @@ from opensuction.report.wording import quantity
 
 
 class FigureVerdict(Enum):
-    """How a figure stands against its limit."""
+    """Verdict on a figure against its limit."""
 
     GOOD = "good"
     NOTICE = "notice"
@@ -56,7 +56,7 @@ class Figure(NamedTuple):
 
 
 def needs_look(figure: Figure) -> bool:
-    """Whether a person should look at it because of what happened in this cycle."""
+    """True if a person should look at it because of what happened in this cycle."""
     return figure.verdict in ATTENTION and not figure.is_planned
 
 
@@ -90,7 +90,7 @@ def without_limit(
 
 
 def add(beside: str, words: str) -> str:
-    """What stands beside a figure, with some more words."""
+    """Join the text beside a figure with more words."""
     return ", ".join(filter(None, (beside, words)))
 
 

@@ -22,7 +22,7 @@ CLEARANCE_PERCENT = 50.0
 
 
 def at_end(result: CycleResult) -> Figure:
-    """Where the tip is when the record ends."""
+    """Place of the tip when the record ends."""
     end_mm = result.tip.end_mm
     if end_mm is None:
         return Figure(CycleFigure.AT_END, quantity(None, "mm"), "", FigureVerdict.ABSENT, "")
@@ -35,7 +35,7 @@ def at_end(result: CycleResult) -> Figure:
 
 
 def is_search_cap(result: CycleResult) -> bool:
-    """Whether the cap only ends a search for the carina, and lies beyond it."""
+    """True if the cap only ends a search for the carina, and lies beyond it."""
     cap, carina = result.anatomy.cap_mm, result.anatomy.carina_mm
     by_contact = result.approach == "contact"
     if by_contact and carina is None and result.is_recorded:
@@ -44,13 +44,13 @@ def is_search_cap(result: CycleResult) -> bool:
 
 
 def is_cut_short(result: CycleResult) -> bool:
-    """Whether the cycle was broken off before there was any suction."""
+    """True if the cycle was broken off before there was any suction."""
     no_suction = result.timing.negative_pressure_s == 0.0
     return no_suction and not result.is_completed
 
 
 def past_carina_mm(result: CycleResult) -> float:
-    """How far the tip went into a bronchus; 0 where it did not, or the carina is not known."""
+    """Depth of the tip past the carina; 0 where it was not past it, or the carina is not known."""
     deepest, carina = result.tip.deepest_mm, result.anatomy.carina_mm
     if deepest is None or carina is None or deepest <= carina + PAST_CARINA_MM:
         return 0.0
@@ -81,7 +81,7 @@ def deepest_tip(result: CycleResult) -> Figure:
 
 
 def stop_error(result: CycleResult) -> Figure:
-    """Where the tip stopped against the target.
+    """Stopping point of the tip against the target.
 
     Tolerance is the margin to the cap; where the carina was to be touched and left again, the
     distance by which it was to be left.
@@ -109,7 +109,7 @@ def stop_error(result: CycleResult) -> Figure:
 
 
 def negative_pressure(result: CycleResult) -> Figure:
-    """How long suction lasted against the protocol's budget and the guideline's limit."""
+    """Duration of suction against the protocol's budget and the guideline's limit."""
     lasted = result.timing.negative_pressure_s
     budget = result.timing.negative_pressure_budget_s
     guideline = result.timing.guideline_s
@@ -126,7 +126,7 @@ def negative_pressure(result: CycleResult) -> Figure:
 
 
 def in_airway(result: CycleResult) -> Figure:
-    """How long the catheter was in the airway, against the protocol and the guideline for hands."""
+    """Time of the catheter in the airway, against the protocol and the guideline for hands."""
     lasted = result.timing.in_airway_s
     budget = result.timing.in_airway_budget_s
     guideline = result.timing.in_airway_guideline_s
@@ -175,7 +175,7 @@ def vacuum(result: CycleResult) -> Figure:
 
 
 def removed(result: CycleResult) -> Figure:
-    """How much was removed of what was there."""
+    """Volume of secretions removed, against the volume that was there."""
     found = result.secretion.removed_ml
     percent = result.secretion.removed_percent
     if found is None or percent is None:

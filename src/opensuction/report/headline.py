@@ -67,7 +67,7 @@ def _join(*parts: str) -> str:
 
 
 def _look(result: CycleResult) -> str:
-    """Which figures need a look."""
+    """List the figures that need a look."""
     names = [
         attention(figure)
         for figure in figures.figures(result)
@@ -77,13 +77,13 @@ def _look(result: CycleResult) -> str:
 
 
 def _planned(result: CycleResult) -> str:
-    """Which figures are outside a recommendation by design."""
+    """List the figures that are outside a recommendation by design."""
     found = [figure for figure in figures.figures(result) if figure.is_planned]
     return " ".join(f"{figure.name}: {figure.remark}." for figure in found)
 
 
 def _ending(result: CycleResult) -> str:
-    """How the cycle ended, and why where the most urgent alarm does not say it."""
+    """Ending of the cycle, with its reason where the most urgent alarm does not say it."""
     first = next((notice.sentence for notice in notices(result)), "")
     ended = stopped(ending.ended(result))
     if result.is_completed:

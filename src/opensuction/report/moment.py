@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Moment(NamedTuple):
-    """What a live display shows of an instant."""
+    """Values that a live display shows of an instant."""
 
     phase: str
     """Name as in summaries: lower case, ``backing_off``."""

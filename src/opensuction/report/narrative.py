@@ -24,7 +24,7 @@ AT_TARGET_MM = 1.0
 
 
 def _yet(result: CycleResult, kind: CycleFigure) -> str:
-    """What an alarm says against a figure that is within its limits by the truth; may be empty."""
+    """Alarm that contradicts a figure within its limits by the truth; may be empty."""
     if _figure(result, kind).verdict is FigureVerdict.BAD:
         return ""
     against = contradicting_alarms.speaking(result, kind)
@@ -51,7 +51,7 @@ def _broken_bounds(result: CycleResult) -> str:
 
 
 def _ending(result: CycleResult) -> str:
-    """Why and when the cycle ended before its time; empty where it was completed."""
+    """Time and reason of an early end; empty where the cycle was completed."""
     if result.is_completed:
         return ""
     start = ending.aborted_at_s(result)
@@ -60,7 +60,7 @@ def _ending(result: CycleResult) -> str:
 
 
 def _check(result: CycleResult) -> str:
-    """How the pre-use test ended; empty where it ended the cycle: `_ending` has the reason."""
+    """Result of the pre-use test; empty where it ended the cycle: `_ending` has the reason."""
     if result.check.passed:
         return "The pre-use test of sensors, motor, valve, pump and line was passed."
     said = result.check.sentence
@@ -70,7 +70,7 @@ def _check(result: CycleResult) -> str:
 
 
 def _preoxygenation(result: CycleResult) -> str:
-    """Whether oxygen was given before, as far as the protocol asks for it."""
+    """Pre-oxygenation before the cycle, as far as the protocol asks for it."""
     words = {
         "confirmed": "Pre-oxygenation was asked for, and a person confirmed it.",
         "skipped": "Pre-oxygenation was asked for and skipped: [AARC-2022] suggests it.",
@@ -80,7 +80,7 @@ def _preoxygenation(result: CycleResult) -> str:
 
 
 def _teaching(result: CycleResult) -> str:
-    """Where the depth of the carina came from, and how far it was off."""
+    """Source of the carina's depth, and its error."""
     known = result.simulated
     if known is None or known.teaching is None:
         return ""
@@ -132,7 +132,7 @@ def _stop(result: CycleResult) -> str:
 
 
 def _time_inside(result: CycleResult) -> str:
-    """How long the catheter was in the airway, and why that is more than a hand may take."""
+    """Time of the catheter in the airway, with the reason where it exceeds the guideline's."""
     lasted = result.timing.in_airway_s
     if lasted is None or lasted == 0.0:
         return ""
@@ -190,7 +190,7 @@ def _dwell(result: CycleResult) -> str:
 
 
 def _backoff_mm(result: CycleResult) -> float | None:
-    """How far the tip left the carina before suction; None where it did not or is not known."""
+    """Distance that the tip backed off from the carina; None where it did not or is not known."""
     if not any(phase.name == "backing_off" for phase in result.phases):
         return None
     deepest, reached = result.tip.deepest_mm, result.tip.reached_mm
@@ -211,7 +211,7 @@ def _contact(result: CycleResult) -> str:
 
 
 def _switch(result: CycleResult) -> str:
-    """What the contact switch at the tip said, where the force is not known."""
+    """State of the contact switch at the tip, where the force is not known."""
     if result.recorded is None:
         return ""
     closed_s, met_mm = result.recorded.contact
@@ -223,7 +223,7 @@ def _switch(result: CycleResult) -> str:
 
 
 def _unknown(result: CycleResult) -> str:
-    """What nobody can say of a cycle that a machine recorded; empty where the truth is known."""
+    """Unknown values of a cycle that a machine recorded; empty where the truth is known."""
     if not result.is_recorded:
         return ""
     rest = [
@@ -242,7 +242,7 @@ def _unknown(result: CycleResult) -> str:
 
 
 def _raised(result: CycleResult) -> str:
-    """What tripped and alarmed, in numbers, and who alarmed where it was not the controller."""
+    """Trips and number of alarms, with the source of alarms that were not the controller's."""
     listed = notices(result)
     names = {notice.condition for notice in listed}
     silent = [f"Safety limit: {trip.sentence}" for trip in result.trips if trip.name not in names]
@@ -287,5 +287,5 @@ PARTS = (
 
 
 def sentences(result: CycleResult) -> list[str]:
-    """What happened, most important first; what is not known is left out."""
+    """Events of the cycle, most important first; what is not known is left out."""
     return [capitalise(sentence) for part in PARTS if (sentence := part(result))]

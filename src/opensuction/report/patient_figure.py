@@ -6,7 +6,7 @@ from opensuction.result.cycle_result import CycleResult, SignCourse
 
 
 def course(result: CycleResult, sign: SignCourse | None, unit: str, decimals: int) -> str:
-    """What a sign was before and is at the end, and when it was back, in words; may be empty."""
+    """Values of a sign before and at the end, and its recovery, in words; may be empty."""
     if sign is None or sign.before is None or sign.at_end is None:
         return ""
     before, at_end = (quantity(one, unit, decimals) for one in (sign.before, sign.at_end))
@@ -32,7 +32,7 @@ def _judged(sign: SignCourse) -> tuple[float, float | None]:
 
 
 def _is_own(sign: SignCourse) -> bool:
-    """Whether only the patient's own muscles brought a sign out of its usual range."""
+    """True if only the patient's own muscles brought a sign out of its usual range."""
     low = sign.usual_least is not None and sign.lowest < sign.usual_least
     highest, most = sign.highest, sign.usual_most
     return low or (highest is not None and most is not None and highest > most)
@@ -114,7 +114,7 @@ def lung_volume(result: CycleResult) -> Figure:
 
 
 def _volume_course(sign: SignCourse) -> str:
-    """Whether the volume came back, and when; what is still lost at the end."""
+    """Recovery of the volume with its time, or the volume that is still lost at the end."""
     left, back_s = sign.at_end, sign.recovered_s
     if left is None:
         return ""

@@ -22,7 +22,7 @@ def _join(*said: str) -> str:
 
 
 def _but(figure: Figure) -> str:
-    """What is wrong with a figure, in brackets; empty where nothing is."""
+    """Remark on a figure outside its limits, in brackets; empty for one within them."""
     return f" ({figure.remark})" if figure.verdict in ATTENTION else ""
 
 

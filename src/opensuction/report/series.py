@@ -122,9 +122,9 @@ def keep_rows(
 
 
 def directions(values: npt.NDArray[np.float64], least: float) -> npt.NDArray[np.bool_]:
-    """Whether a quantity rises (True) or falls at each row; ways back up to ``least`` do not count.
+    """Direction of a quantity at each row: True while it rises, False while it falls.
 
-    It counts as rising before its first reversal.
+    Motions back of up to ``least`` do not count. It counts as rising before its first reversal.
     """
     rises = np.zeros(values.size, dtype=np.bool_)
     turning, rising = float(values[0]), True
@@ -163,7 +163,7 @@ def to_list(values: npt.NDArray[np.float64], decimals: int) -> list[float | None
 
 
 def focus_s(result: CycleResult) -> float | None:
-    """Where the part of the record ends that has the cycle in it; None where that is not known."""
+    """End of the part of the record that has the cycle in it; None where it is not known."""
     cycle_s = result.timing.cycle_s
     return None if cycle_s is None else cycle_s + AFTER_CYCLE_S
 

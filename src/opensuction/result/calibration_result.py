@@ -106,7 +106,7 @@ class CheckedBound(NamedTuple):
 
 
 class CalibrationResult(NamedTuple):
-    """What a calibration came to, accepted or not."""
+    """Result of a calibration, accepted or not."""
 
     accepted: bool
     reasons: tuple[str, ...]

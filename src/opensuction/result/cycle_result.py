@@ -376,22 +376,22 @@ class CycleResult(NamedTuple):
 
     @property
     def is_recorded(self) -> bool:
-        """Whether it goes by what a machine measured and estimated, not by a twin's truth."""
+        """True for a result of measured and estimated values, not of a twin's truth."""
         return self.recorded is not None
 
     @property
     def is_completed(self) -> bool:
-        """Whether the cycle ran to its planned end."""
+        """True if the cycle ran to its planned end."""
         return self.outcome == "completed"
 
     @property
     def is_inside(self) -> bool:
-        """Whether the catheter was left in the airway, whatever the outcome."""
+        """True if the catheter was left in the airway, whatever the outcome."""
         return self.tip.inside_at_end
 
     @property
     def is_good(self) -> bool:
-        """Whether it ran to its planned end, the catheter is out, and no bound was broken."""
+        """True if it ran to its planned end, the catheter is out, and no bound was broken."""
         return self.is_completed and not self.is_inside and not self.harm
 
     @property
@@ -411,7 +411,7 @@ class CycleResult(NamedTuple):
 
     @property
     def told(self) -> tuple[Announcement, ...] | None:
-        """What the annunciator showed; None where that is not known."""
+        """Alarms that the annunciator showed; None where they are not known."""
         return None if self.simulated is None else self.simulated.told
 
     @property

@@ -77,12 +77,12 @@ class DayCycleResult(NamedTuple):
 
     @property
     def is_completed(self) -> bool:
-        """Whether it ran to its planned end."""
+        """True if it ran to its planned end."""
         return self.outcome == "completed"
 
     @property
     def is_good(self) -> bool:
-        """Whether it ran to its planned end, the catheter is out, and no bound was broken."""
+        """True if it ran to its planned end, the catheter is out, and no bound was broken."""
         return self.is_completed and not self.inside_at_end and not self.harm
 
 
@@ -115,7 +115,7 @@ class DayResult(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Whether every cycle was good, and nothing was refused."""
+        """True if every cycle was good, and nothing was refused."""
         return self.refusal is None and all(cycle.is_good for cycle in self.cycles)
 
 

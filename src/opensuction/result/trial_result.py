@@ -15,7 +15,7 @@ FaultCount = Literal["none", "single", "double"]
 
 
 class Trial(NamedTuple):
-    """Which cycles: the same trial has the same cycle under a number, however many there are."""
+    """Choice of a trial's cycles: a number stands for the same cycle, however many there are."""
 
     faults: FaultCount = "single"
     cohort: str = "presets"
@@ -144,7 +144,7 @@ class Unnoticed(NamedTuple):
 
 
 class Endpoints(NamedTuple):
-    """What a cycle did to its patient, by the truth: what trials of devices compare."""
+    """Endpoints of a cycle, by the truth: what trials of devices compare."""
 
     removed_ml: float
     removed_percent: float | None
@@ -189,7 +189,7 @@ class WatchedTime(NamedTuple):
 
 
 class TrialResult(NamedTuple):
-    """What a trial came to, complete or not."""
+    """Result of a trial, complete or not."""
 
     version: str
     """Of the software."""
@@ -237,7 +237,7 @@ class TrialResult(NamedTuple):
 
 
 class TrialCycle(NamedTuple):
-    """What a trial says of one of its cycles."""
+    """Result of one cycle of a trial."""
 
     number: int
     play: str

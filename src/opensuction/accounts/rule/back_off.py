@@ -15,7 +15,7 @@ from opensuction.records.account_rows import Attempt
 
 
 class BackOff(NamedTuple):
-    """How failures make somebody wait."""
+    """Rule by which failed attempts delay the next one."""
 
     free: int
     """Failures without any wait."""
@@ -36,7 +36,7 @@ MEMORY = timedelta(hours=24)
 
 
 def wait_s(rule: BackOff, attempt: Attempt | None, now: datetime) -> float:
-    """How long from now on the next attempt is refused, in s; 0: it may be made."""
+    """Time until the next attempt may be made, in s; 0: now."""
     if attempt is None or attempt.failures < rule.free or now - attempt.last_at >= MEMORY:
         return 0.0
     doublings = min(attempt.failures - rule.free, 30)
@@ -46,7 +46,7 @@ def wait_s(rule: BackOff, attempt: Attempt | None, now: datetime) -> float:
 
 
 def is_of_the_future(attempt: Attempt | None, now: datetime) -> bool:
-    """Whether a clock that was set back would make its wait longer than it is meant to be."""
+    """True where a clock that was set back would lengthen the wait of an attempt."""
     return attempt is not None and attempt.last_at > now
 
 

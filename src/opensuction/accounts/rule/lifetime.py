@@ -25,17 +25,17 @@ LONGEST_TOKEN = timedelta(days=366)
 
 
 def has_ended(bearer: Bearer, now: datetime) -> bool:
-    """Whether a session is over."""
+    """True once a session is over."""
     return (
         now >= bearer.expires_at or now >= bearer.seen_at + IDLE or now < bearer.seen_at - SET_BACK
     )
 
 
 def ends_at(bearer: Bearer) -> datetime:
-    """When a session ends if nothing more is asked."""
+    """Time at which a session ends if nothing more is asked."""
     return min(bearer.expires_at, bearer.seen_at + IDLE)
 
 
 def is_worth_writing(bearer: Bearer, now: datetime) -> bool:
-    """Whether a session's last use is to be written down."""
+    """True once the time of a session's last use is worth an update."""
     return abs(now - bearer.seen_at) >= GRAIN

@@ -17,7 +17,7 @@ def normalise(typed: str) -> str:
 
 
 def can_be(name: str) -> bool:
-    """Whether an account could have this name; no database is asked for any other."""
+    """True for a possible account name; no database is asked for any other."""
     return FORM.fullmatch(name) is not None
 
 

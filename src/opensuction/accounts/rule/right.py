@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Role(StrEnum):
-    """What a person is here for."""
+    """Role of a person."""
 
     OBSERVER = "observer"
     CLINICIAN = "clinician"
@@ -17,7 +17,7 @@ class Role(StrEnum):
 
 
 class Right(StrEnum):
-    """What may be asked of the console."""
+    """Right to use a function of the console."""
 
     STOP = "stop"
     SEE_BEDSIDE = "see-bedside"
@@ -40,7 +40,7 @@ class Right(StrEnum):
 
 
 class Permission(NamedTuple):
-    """Who has a right."""
+    """Holders of a right."""
 
     sentence: str
     """What it lets a person do."""

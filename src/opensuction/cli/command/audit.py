@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class AuditOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``audit``."""
 
     database: str | None = None
     expect_head: str | None = None

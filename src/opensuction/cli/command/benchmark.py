@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class BenchmarkOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``benchmark``."""
 
     seeds: int = 5
     results: OutputChoice = OutputChoice()

@@ -14,7 +14,7 @@ MB = 1e6
 
 
 class CacheOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``cache``."""
 
     clear: bool = False
     as_json: bool = False

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class CalibrateOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``calibrate``."""
 
     choice: CalibrationChoice = CalibrationChoice()
     results: OutputChoice = OutputChoice()
@@ -112,7 +112,7 @@ def _sentences(models: "IdentifiedModels") -> list[str]:
 
 
 def _choice_sentence(found: "CalibrationResult") -> list[str]:
-    """Which compensator the file names, and why, where it was chosen."""
+    """Compensator that the file names, with the reason where it was chosen."""
     choice = found.choice
     return [] if choice is None else [f"Compensation: {found.compensation}. {choice.reason}"]
 

@@ -32,7 +32,7 @@ RECORDING = "recording.mcap"
 
 
 class CycleOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``cycle``."""
 
     choice: CycleChoice = CycleChoice()
     day: DayChoice = DayChoice()
@@ -264,7 +264,7 @@ def _named(folder: Path, names: list[str], trace: Path | None) -> list[str]:
 
 
 def _sound(result: "CycleResult") -> dict[str, bytes]:
-    """What was heard of the most urgent alarm; nothing where there was none."""
+    """Sound of the most urgent alarm, as a file; nothing where there was none."""
     from opensuction.report.cycle import alarm_sound
     from opensuction.safety.priority import Priority
 

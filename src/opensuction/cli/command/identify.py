@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class IdentifyOptions(NamedTuple):
-    """What ``identify`` takes."""
+    """Options of ``identify``."""
 
     recording: RecordingChoice
     model: str = "modified-dahl"
@@ -28,7 +28,7 @@ class IdentifyOptions(NamedTuple):
 
 
 class CompareOptions(NamedTuple):
-    """What ``compare`` takes."""
+    """Options of ``compare``."""
 
     recording: RecordingChoice
     purpose: str = "predict"

@@ -19,7 +19,7 @@ PERCENT = 100.0
 
 
 class InjectOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``inject``."""
 
     folder: Path
     faults: tuple[str, ...] = ()

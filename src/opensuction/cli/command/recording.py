@@ -25,14 +25,14 @@ HEADING = "recording.json"
 
 
 class ReplayOptions(NamedTuple):
-    """What ``replay`` takes."""
+    """Options of ``replay``."""
 
     replayed: tuple[Path, ...]
     as_json: bool = False
 
 
 class ExportOptions(NamedTuple):
-    """What ``export`` takes."""
+    """Options of ``export``."""
 
     recording: Path
     format: str = "csv"
@@ -41,7 +41,7 @@ class ExportOptions(NamedTuple):
 
 
 class ReportOptions(NamedTuple):
-    """What ``report`` takes."""
+    """Options of ``report``."""
 
     recording: Path
     database: str | None = None
@@ -138,7 +138,7 @@ def _value(number: float | None) -> str:
 
 
 def _list_sentences(found: "ReplayResult") -> "Iterator[str]":
-    """What came of a replay, the verdict first."""
+    """Result of a replay in sentences, the verdict first."""
     first = found.first_difference
     if first is None:
         yield f"Identical: every output and state of {found.ticks} ticks, bit for bit."

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class ReproduceOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``reproduce``."""
 
     results: OutputChoice = OutputChoice()
 

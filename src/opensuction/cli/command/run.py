@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class MachineOptions(NamedTuple):
-    """What a machine in real time is made of."""
+    """Options of a machine in real time."""
 
     rig: RigChoice = RigChoice()
     protocol: str | None = None
@@ -52,7 +52,7 @@ class MachineOptions(NamedTuple):
 
 
 class RunOptions(NamedTuple):
-    """What ``run`` takes."""
+    """Options of ``run``."""
 
     wanted: int = 1
     apart_min: float = 30.0
@@ -60,7 +60,7 @@ class RunOptions(NamedTuple):
 
 
 class AskOptions(NamedTuple):
-    """What ``ask`` takes."""
+    """Options of ``ask``."""
 
     request: str
     who: str | None = None

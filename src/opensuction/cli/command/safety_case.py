@@ -22,7 +22,7 @@ EVERY_RUNS = 50
 
 
 class SafetyCaseOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``safety-case``."""
 
     table: Path | None = None
     seeds: int = 5
@@ -78,7 +78,7 @@ def _ms(value: float | None, bound: float) -> str:
 
 
 def _left_inside(found: "LeftInsideCount") -> str:
-    """How many runs ended with the tip inside, and whether anything could have prevented it."""
+    """Number of runs that ended with the tip inside, and of those that were unavoidable."""
     if not found.count:
         return "-"
     if found.unavoidable == found.count:

@@ -22,7 +22,7 @@ CONSOLE = "console"
 
 
 class ServeOptions(NamedTuple):
-    """What ``serve`` takes."""
+    """Options of ``serve``."""
 
     machine: MachineOptions = MachineOptions()
     host: str = "127.0.0.1"

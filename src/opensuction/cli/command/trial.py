@@ -25,7 +25,7 @@ FILES = ("trial.json", "trial.md")
 
 
 class TrialOptions(NamedTuple):
-    """What the command takes; None: the default, or what the trial that goes on has."""
+    """Options of ``trial``; None: the default, or the option of the trial that goes on."""
 
     cycles: int | None = None
     fault_count: str | None = None
@@ -258,7 +258,7 @@ def _say_what_runs(heading: "Heading", kept: int, workers: int) -> str:
 
 
 def _say_what_is_kept(folder: Path, heading: "Heading", cycles: int) -> str:
-    """What a trial that ended early leaves, and how to go on; one without a cycle goes."""
+    """Say what a trial that ended early leaves, and how to go on; remove one without a cycle."""
     from opensuction.evidence.trial import trial_log
 
     if not cycles:
@@ -273,7 +273,7 @@ def _say_what_is_kept(folder: Path, heading: "Heading", cycles: int) -> str:
 def _conclude(
     heading: "Heading", parts: "list[PlayedPart]", teller: _Teller, workers: int
 ) -> CommandResult:
-    """What a trial came to, its files and its summary."""
+    """Files and summary of a trial."""
     from opensuction.evidence.trial import trial_page, trial_summary
     from opensuction.evidence.trial.trial_summary import Effort
     from opensuction.result.plain import to_json

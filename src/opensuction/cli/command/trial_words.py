@@ -69,7 +69,7 @@ def summarise(console: "Console", result: "TrialResult", folder: Path) -> None:
 
 
 def _sentences(result: "TrialResult") -> Iterator[str]:
-    """What the terminal says below its table."""
+    """Sentences below the table in the terminal."""
     left = result.left_inside.total
     if left.count:
         yield (

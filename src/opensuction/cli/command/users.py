@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class UsersOptions(NamedTuple):
-    """What the command takes."""
+    """Options of ``users``."""
 
     act: str = "list"
     account: str | None = None

@@ -78,7 +78,7 @@ def _too_large(limits: Limits) -> Problem:
 
 
 def again(body: bytes, receive: Receive) -> Receive:
-    """What gives a body that was taken to whoever comes next; then what comes by itself."""
+    """Receiver that repeats a body already read, then passes on what comes next."""
     is_given = False
 
     async def give() -> Message:

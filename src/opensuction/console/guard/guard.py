@@ -146,7 +146,7 @@ class Guard:
         self._rates.check(method, scope["path"], peer, port, self._session(headers))
 
     def _session(self, headers: Headers) -> str | None:
-        """What is shown as a session; it is not looked at here."""
+        """Session token that the cookie shows; it is not verified here."""
         try:
             found = SimpleCookie(headers.get("cookie", "")).get(self._cookie(headers.get("host")))
         except CookieError:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Rate(NamedTuple):
-    """How often."""
+    """Rate limit, with the burst that it allows."""
 
     rate_hz: float
     most: float
@@ -12,7 +12,7 @@ class Rate(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What one console lets through."""
+    """Limits of one console on requests."""
 
     body_bytes: int = 65_536
     body_s: float = 10.0

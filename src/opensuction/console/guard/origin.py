@@ -14,7 +14,7 @@ SAME = frozenset({"same-origin", "none"})
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address is of this computer alone.
+    """True for an address of this computer alone.
 
     >>> is_loopback("127.0.0.1"), is_loopback("localhost"), is_loopback("0.0.0.0")
     (True, True, False)
@@ -28,7 +28,7 @@ def is_loopback(host: str) -> bool:
 
 
 def hosts_of(host: str, port: int, has_tls: bool) -> frozenset[str] | None:
-    """What the Host header may say; None: anything.
+    """Values that the Host header may have; None: any.
 
     Without this a page of any name that is made to mean this computer is of the same origin (DNS
     rebinding). To be reached from elsewhere takes a certificate, which such a name does not have:
@@ -43,7 +43,7 @@ def hosts_of(host: str, port: int, has_tls: bool) -> frozenset[str] | None:
 
 
 def refuse_host(hosts: frozenset[str] | None, said: str | None) -> str:
-    """Why a Host header is refused; empty where it is not."""
+    """Reason to refuse a Host header; empty where it is allowed."""
     if said is None:
         return "the request does not say which host it means"
     if hosts is not None and said.lower() not in hosts:
@@ -52,7 +52,7 @@ def refuse_host(hosts: frozenset[str] | None, said: str | None) -> str:
 
 
 def refuse_origin(headers: Mapping[str, str], scheme: str, needs_origin: bool) -> str:
-    """Why where a request comes from is refused; empty where it is not.
+    """Reason to refuse a request for its origin; empty where it is allowed.
 
     needs_origin: it changes something, or opens a socket.
     """

@@ -32,7 +32,7 @@ TITLES = {
 
 
 class FieldError(NamedTuple):
-    """What is wrong with one field."""
+    """Error in one field of a request."""
 
     field: str
     """Its name; of one within others with dots between."""

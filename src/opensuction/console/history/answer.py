@@ -80,7 +80,7 @@ class Alarm(BaseModel):
 
 
 class Action(BaseModel):
-    """What somebody did."""
+    """Action of a person."""
 
     id: str
     number: int
@@ -120,7 +120,7 @@ class Actions(BaseModel):
 
 
 class Difference(BaseModel):
-    """Where a replay first came out otherwise."""
+    """First difference between a replay and its recording."""
 
     time_s: float
     tick: int
@@ -131,7 +131,7 @@ class Difference(BaseModel):
 
 
 class ReplayVerdict(BaseModel):
-    """What came of it when a recording was played through the controller again."""
+    """Result of the replay of a recording through the controller."""
 
     is_good: bool
     identical: bool
@@ -146,7 +146,7 @@ class ReplayVerdict(BaseModel):
 
 
 class Replay(BaseModel):
-    """Whether a cycle's recording was played again, and what came of it."""
+    """State of the replay of a cycle's recording, and its result."""
 
     state: Stage
     verdict: ReplayVerdict | None
@@ -154,7 +154,7 @@ class Replay(BaseModel):
 
 
 class AuditVerdict(BaseModel):
-    """What was found when the whole trail was read."""
+    """Result of an audit of the whole trail."""
 
     is_whole: bool
     entries: int

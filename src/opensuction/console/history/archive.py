@@ -92,14 +92,14 @@ class Archive:
         return cycle, file
 
     def recordings_of(self, cycles: Sequence[PastCycle]) -> dict[str, list[BoundRecording]]:
-        """What is on record of the recordings of these cycles, by the cycles' ids."""
+        """Recordings of these cycles that are on record, by the cycles' ids."""
         of: dict[tuple[str, str], list[BoundRecording]] = {}
         for one in self.history.list_recordings(cycles):
             of.setdefault((one.machine, one.file.cycle_recording), []).append(one)
         return {one.id: of.get((one.machine, one.recording or ""), []) for one in cycles}
 
     def find_size_fault(self, known: Sequence[BoundRecording]) -> Fault | None:
-        """What is wrong with a recording by its presence and length alone."""
+        """Fault of a recording by its presence and length alone; None: there is none."""
         for one in known:
             fault = recording_check.check_size(one, self.site.recordings / one.file.name)
             if fault is not None:
@@ -109,7 +109,7 @@ class Archive:
     def find_fault(
         self, file: RecordingFile | None, known: Sequence[BoundRecording]
     ) -> Fault | None:
-        """What is wrong with a recording; None: it is what was put on record, or nothing was.
+        """Fault of a recording; None: it is what was put on record, or nothing was.
 
         known: what is on record of it. What was read once is read again when it has changed.
         """

@@ -98,7 +98,7 @@ class JobQueue:
         return page
 
     def verdict(self, file: RecordingFile) -> dict[str, Any]:
-        """What is known of a replay: its state, and the verdict where there is one."""
+        """State of a replay, and its verdict where there is one."""
         found = self._kept.find(file, REPLAY_KIND)
         if found is not None:
             return {"state": "done", "verdict": json.loads(found), "failure": None}

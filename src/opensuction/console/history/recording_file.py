@@ -22,7 +22,7 @@ class RecordingFile(NamedTuple):
 
 
 def _is_file(path: Path) -> bool:
-    """Whether it is a plain file itself: no link leads out of the folder."""
+    """True for a plain file; a link could lead out of the folder."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:

@@ -31,7 +31,7 @@ class ResultCache:
         self._folder = recordings / FOLDER
 
     def find(self, file: RecordingFile, kind: str) -> bytes | None:
-        """What is kept of a recording. kind: ``report.html``, ``replay.json``, ``figure.json``."""
+        """Kept result of a recording. kind: ``report.html``, ``replay.json``, ``figure.json``."""
         if not private_file.is_own_folder(self._folder):
             return None
         try:

@@ -39,7 +39,7 @@ class DaySpread(NamedTuple):
 
 
 class Day(NamedTuple):
-    """What was on one day, by the clock of whoever asks."""
+    """Outcomes and quantities of one day, in the time zone of the request."""
 
     day: date
     outcomes: dict[str, int]

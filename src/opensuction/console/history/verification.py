@@ -25,7 +25,7 @@ class Verification:
         self._failure: str | None = None
 
     def tell(self) -> dict[str, Any]:
-        """Where the trail ends now, and what was found when it was read last."""
+        """Present head of the trail, and the result of the last audit."""
         head = self._records.head()
         with self._lock:
             state = "running" if self._is_running else "none" if self._known is None else "done"

@@ -46,7 +46,7 @@ def report(paths: list[Path]) -> dict[str, Any]:
 
 
 def replay(paths: list[Path]) -> dict[str, Any]:
-    """What came of it when a recording was played again; names of files are left out."""
+    """Result of the replay of a recording; names of files are left out."""
     from opensuction.result.plain import to_json
     from opensuction.session.recorded import replay_run
 

@@ -36,7 +36,7 @@ REFUSABLE = ("start", "reset")
 
 
 class ButtonPress(NamedTuple):
-    """What a person asks."""
+    """Request of a person."""
 
     ask: str
     """A field of `kernel.requests.Requests`."""
@@ -45,7 +45,7 @@ class ButtonPress(NamedTuple):
 
 
 class Answered(NamedTuple):
-    """What became of it."""
+    """Answer to a button press."""
 
     verdict: str
     """See `ipc.mailbox.Answer`."""
@@ -94,7 +94,7 @@ class Asking:
         return await asyncio.shield(answer)
 
     def _forget(self, key: str, done: asyncio.Future[Answered]) -> None:
-        """What was not answered may be asked again."""
+        """Allow a request that was not answered to be made again."""
         if done.cancelled() or done.exception() is not None:
             self._asked.pop(key, None)
 

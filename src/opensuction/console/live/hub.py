@@ -71,7 +71,7 @@ class Hub:
             return SILENT if reader is None else port.read_description(reader.facts.told)
 
     def configuration(self) -> Configuration:
-        """What the controller is set to, as of now. Raises InputError where nothing says so."""
+        """Present configuration of the controller. Raises InputError where there is none."""
         path = self.folder / CONFIGURATION
         with self._lock:
             written = _stamp(path)
@@ -84,7 +84,7 @@ class Hub:
             return self._configuration
 
     def now(self) -> SentState:
-        """What the machine is now."""
+        """Present state of the machine."""
         with self._lock:
             told = self._told
             if told is None or time.monotonic() - told.at_s > FRESH_S:
@@ -134,7 +134,7 @@ class Hub:
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Which file it is, and of when; zeros of none."""
+    """Inode and modification time of a file; zeros where there is none."""
     try:
         found = path.stat()
     except OSError:

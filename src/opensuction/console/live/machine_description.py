@@ -102,7 +102,7 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
 
 
 def say_plan(settings: Settings) -> str:
-    """What a start will do, in one line."""
+    """Describe in one line what a start will do."""
     plan = settings.plan
     return plan_words.say(
         plan.motion.target_mm,
@@ -114,13 +114,13 @@ def say_plan(settings: Settings) -> str:
 
 
 def _suction_mm(settings: Settings) -> float:
-    """Where suction is meant to take place; by contact nowhere deeper than this."""
+    """Planned depth of suction; by contact the deepest that is allowed."""
     plan = settings.plan
     return plan.contact.suction_mm if plan.contact.enabled else plan.motion.target_mm
 
 
 def _carina_mm(about: About) -> float | None:
-    """Where it is expected; None where nobody has said so."""
+    """Expected depth of the carina; None where it is not known."""
     try:
         return plain(float(about.heading[CARINA]))
     except (KeyError, ValueError):
@@ -145,7 +145,7 @@ def _protocol(about: About, settings: Settings) -> dict[str, Any]:
 
 
 def _next_cycle_at(settings: Settings, hub: Hub) -> str | None:
-    """When the next one is due by the clock; None where a person asks for it."""
+    """Time at which the next cycle is due by schedule; None where a person asks for it."""
     schedule, newest = settings.service.schedule, hub.newest()
     if schedule.mode == ScheduleMode.ON_REQUEST or newest is None:
         return None

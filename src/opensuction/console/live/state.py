@@ -52,7 +52,7 @@ _WATCH, _UPKEEP = "state.core.governor.watch", "state.core.upkeep"
 
 
 class Seen(NamedTuple):
-    """What a state is made of."""
+    """Data that a state is made from."""
 
     number: int
     values: Array
@@ -98,7 +98,7 @@ def _utc(seen: Seen, row: Row) -> str:
 
 
 def _processes(heartbeat: Heartbeat | None) -> State:
-    """Who gives signs of life; an age that nobody knows is None."""
+    """Age of each process's last heartbeat; None where it is not known."""
     listed = (Process.CONTROL, Process.RECORDER, Process.SUPERVISOR)
     if heartbeat is None:
         return {name_of(one): {"age_s": None, "expected": False} for one in listed}
@@ -165,7 +165,7 @@ def _suction(settings: Settings, row: Row) -> State:
 
 
 def _secretions(settings: Settings, row: Row) -> str | None:
-    """What the line tells of them; None where it tells nothing, or not now."""
+    """Presence of secretions in the line; None where it is not known, or not now."""
     seen, flow = settings.plan.flow, "state.core.procedure.flow"
     age_ticks = row.number(f"{flow}.age_ticks")
     is_told = 0.0 <= age_ticks * row.number("inputs.dt_s") <= line_flow.STALE_S
@@ -245,7 +245,7 @@ def _upkeep(settings: Settings, row: Row) -> State:
 
 
 def refused(row: Row) -> dict[str, str] | None:
-    """Why the last start or reset was refused, with what to do; None where none was."""
+    """Reason for which the last start or reset was refused, with its remedy; None: it was not."""
     found = Refusal(row.whole("outputs.counters.refusal"))
     if found == Refusal.NONE:
         return None

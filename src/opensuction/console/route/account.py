@@ -40,7 +40,7 @@ class NewAccount(_Body):
 
 
 class ChangedAccount(_Body):
-    """What an account shall be allowed, and why."""
+    """Rights that an account shall have, and the reason."""
 
     role: Annotated[Role, Field(strict=False)]
     is_administrator: bool
@@ -48,7 +48,7 @@ class ChangedAccount(_Body):
 
 
 class Given(_Body):
-    """Why."""
+    """Reason for an action."""
 
     reason: Reason
 
@@ -100,7 +100,7 @@ class NewTokenBody(TokenBody):
 
 @router.get("/rights")
 def read_rights() -> list[dict[str, Any]]:
-    """Who may do what: the table that this interface obeys."""
+    """List the rights with the roles that have them: the table that this interface obeys."""
     return [dict(one) for one in right.list_plain()]
 
 

@@ -29,7 +29,7 @@ def draw(
     boundary_mm: float | None,
     by_contact: bool,
 ) -> str:
-    """What stands still, and the parts that the page moves, as SVG; depths below the tube's end."""
+    """Draw the fixed and the moving parts as SVG; depths below the tube's end."""
     named = [
         ("Tube end", "tube", 0.0),
         ("Target", "target", target_mm),
@@ -82,5 +82,5 @@ def show_anatomy(
     responses={200: {"content": {"text/css": {}}, "description": "Its styles"}},
 )
 def show_style() -> Response:
-    """How the drawing's parts look; the colours are the page's."""
+    """Style of the drawing's parts; the colours are the page's."""
     return Response(html.read("template", "anatomy.css"), media_type="text/css")

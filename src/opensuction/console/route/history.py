@@ -46,7 +46,7 @@ OfCycle = Annotated[str | None, Query(alias="cycle", pattern=r"^[0-9A-Za-z-]{1,6
 
 
 def wanted(since: Since = None, until: Until = None, text: Text = None) -> Wanted:
-    """What a list is narrowed to."""
+    """Bounds by which a list is narrowed."""
     return Wanted(_bounded(since), _bounded(until), text)
 
 
@@ -148,7 +148,7 @@ def read_recording(
 
 @router.get("/cycles/{id}/replay", responses=documented(401, 403, 404, 409, 422, 503))
 def read_replay(here: Here, _: Looks, id: Id) -> answer.Replay:  # noqa: A002
-    """What came of it when the cycle's recording was played again, where it was."""
+    """Result of the replay of the cycle's recording, where it was replayed."""
     return answer.Replay(**here.desk.verdict(here.finished_file(id)[1]))
 
 
@@ -191,7 +191,7 @@ def list_actions(
     limit: Limit = PAGE,
     cycle: OfCycle = None,
 ) -> answer.Actions:
-    """What people did, wherever it is on record, the newest first."""
+    """List the actions of people on all machines, the newest first."""
     found = here.history.list_actions(None, limit + 1, before, cycle, narrowed)
     shown = found[:limit]
     following = shown[-1].number if len(found) > limit else None
@@ -200,7 +200,7 @@ def list_actions(
 
 @router.get("/audit", responses=documented(401, 403, 503))
 def read_audit(here: Here, _: Audits) -> answer.Audit:
-    """Where the trail of the records ends, and what was found when it was read last."""
+    """Head of the records' trail, and the result of the last audit."""
     return answer.Audit(**here.verification.tell())
 
 

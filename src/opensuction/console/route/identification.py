@@ -20,7 +20,7 @@ Id = Annotated[str, Path(max_length=40)]
 def read_identification(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))]
 ) -> dict[str, Any]:
-    """What the machine's settings rest on, and the runs of this console."""
+    """Source of the machine's settings, and the runs of this console."""
     found = bedside.basis_of(site)
     return {
         "version": found.version,
@@ -48,7 +48,7 @@ def begin_identification(
 def read_run(
     run: Id, site: Here, _: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))]
 ) -> dict[str, Any]:
-    """How far a run is, and what it found, with the loop of head and tip."""
+    """Progress and result of a run, with the loop of head and tip."""
     return acceptance.shown(site, machine_identification.RUNS.find(run))
 
 

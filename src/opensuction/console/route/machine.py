@@ -33,7 +33,7 @@ def read_machine(
 
 @router.get("/state", response_model=dict[str, Any])
 def read_state(site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]) -> Response:
-    """What the machine is now; with ``connected`` false nothing is known but its last row's age."""
+    """State of the machine; with ``connected`` false only the age of its last row is known."""
     return Response(site.hub.now().text, media_type="application/json")
 
 

@@ -28,7 +28,7 @@ SETS = (Right.CHOOSE_PROTOCOL, Right.CHANGE_LIMITS)
 
 
 def may_set(connection: Request, site: Here, _: InTurn) -> Session:
-    """Who may set something of a protocol; see `access.may_change`."""
+    """Session of a person who may set something of a protocol; see `access.may_change`."""
     holder = allow_change(site, connection, Right.CHANGE_OWN_PASSWORD)
     if not holder.rights.intersection(SETS):
         raise NotAllowedError(f"{holder.account} may neither choose a protocol nor change limits")
@@ -71,7 +71,7 @@ def _wanted(body: DraftBody) -> Wanted:
 def read_guidelines(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
 ) -> list[dict[str, Any]]:
-    """What guidelines allow, by age, each limit with its source."""
+    """Limits of the guidelines by age, each with its source."""
     return arithmetic.guidelines(bedside.basis_of(site).site)
 
 
@@ -79,7 +79,7 @@ def read_guidelines(
 def read_patient(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
 ) -> dict[str, Any]:
-    """Who lies there, as far as settings depend on it."""
+    """Data of the patient on which settings depend."""
     return patient.shown(site)
 
 

@@ -65,7 +65,7 @@ class Pressed(BaseModel):
 
 
 class Answer(BaseModel):
-    """What became of it."""
+    """Answer to a button press."""
 
     verdict: str = Field(description="``pressed``: the button went down; else why it did not.")
     refusal: dict[str, str] | None = Field(
@@ -108,7 +108,7 @@ def _peer(request: Request) -> str:
 
 
 def _allow(request: Request, site: ConsoleContext, ask: str, pressed: Pressed) -> Session:
-    """Who asks, if that person may; the reason, where one is needed, is put on record."""
+    """Session of a request, if its holder may; a reason, where needed, is put on record."""
     wanted: Right = BUTTONS[ask]
     holder = allow_change(site, request, wanted)
     if RIGHTS[wanted].needs_reason:

@@ -23,7 +23,7 @@ Password = Annotated[str, Field(max_length=LONGEST_TYPED)]
 
 
 class Who(BaseModel):
-    """Who is signed in, and what that person may do."""
+    """Person who is signed in, with the rights."""
 
     name: str | None = Field(description="None: nobody is.")
     role: str | None = None
@@ -96,7 +96,7 @@ def _drop_cookie(response: Response, site: ConsoleContext, host: str | None) -> 
 
 @router.get("/session", responses=documented(503))
 def read_session(request: Request, site: Here) -> Who:
-    """Who is signed in. A session that is over is nobody's.
+    """Person who is signed in. A session that is over is nobody's.
 
     Its cookie stays: an answer that is slower than a sign-in would take the new one away.
     """

@@ -62,7 +62,7 @@ def list_channels(_: Annotated[Holder, Depends(access.may(Right.SEE_SIGNALS))]) 
 
 
 def _allow(site: ConsoleContext, connection: HTTPConnection) -> Holder:
-    """Who asks. Raises InputError where that person, or program, may not look."""
+    """Holder of a request. Raises InputError where that person, or program, may not look."""
     holder = access.find_holder(site, connection)
     session.require(holder, Right.SEE_SIGNALS)
     return holder
@@ -104,7 +104,7 @@ async def stream(websocket: WebSocket, site: Here) -> None:
 
 
 class Looker(NamedTuple):
-    """Who looks at what."""
+    """Holder of a subscription, with the channels that it covers."""
 
     site: ConsoleContext
     holder: Holder

@@ -18,7 +18,7 @@ router = APIRouter(tags=["Teaching"])
 def read_teaching(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
 ) -> dict[str, Any]:
-    """Where teaching stands, the steps that this allows, and the length that was taught."""
+    """State of teaching, the steps that it allows, and the length that was taught."""
     return teach.shown(site)
 
 

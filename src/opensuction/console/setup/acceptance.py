@@ -18,7 +18,7 @@ from opensuction.settings import identification_file
 
 
 def shown(site: ConsoleContext, run: IdentificationJob) -> dict[str, Any]:
-    """How far a run is, what it found, and by how much the head is parked elsewhere with it.
+    """Progress and result of a run, with the shift of the parked head if it is accepted.
 
     A head that is no longer where it is parked halts the machine, and a reset brings it there.
     """

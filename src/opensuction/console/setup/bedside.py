@@ -57,7 +57,7 @@ class Now(NamedTuple):
 
     @property
     def taught_sentence(self) -> str:
-        """What became of the last confirmation."""
+        """Result of the last confirmation, as a sentence."""
         return SENTENCES[self.taught]
 
 
@@ -81,7 +81,7 @@ def now(site: ConsoleContext) -> Now:
 
 
 def basis_of(site: ConsoleContext) -> Basis:
-    """What settings are made from. Raises Problem 503 where nobody said so."""
+    """Basis of the machine's settings. Raises Problem 503 where there is none."""
     try:
         return bases.read(site.folder)
     except InputError as error:

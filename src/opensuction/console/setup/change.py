@@ -36,7 +36,7 @@ APPROACHES = {False: "travel", True: "contact"}
 
 
 class SettingsChange(NamedTuple):
-    """What somebody wants."""
+    """Change of the settings that a person asks for."""
 
     who: str
     key: str

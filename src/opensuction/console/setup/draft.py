@@ -31,7 +31,7 @@ CHANGES_FIRST = {
 
 
 class Draft(NamedTuple):
-    """What somebody would like, its numbers checked one by one."""
+    """Settings that a person proposes, each number checked alone."""
 
     by_contact: bool
     site: Site
@@ -64,7 +64,7 @@ def read(given: Mapping[str, object], by_contact: bool, site: Site, bench_only: 
 
 
 def _problem(given: Mapping[str, object], name: str) -> str:
-    """What is wrong with one field alone; empty where nothing is."""
+    """Error in one field alone; empty where there is none."""
     sound: dict[str, object] = PAPER._asdict()
     del sound[name]
     if given.get(name) is not None:
@@ -77,7 +77,7 @@ def _problem(given: Mapping[str, object], name: str) -> str:
 
 
 def abilities(basis: Basis, site: Site) -> Abilities:
-    """What the planner must know of the machine. Raises InputError where a model has no answer."""
+    """Abilities of the machine, for the planner. Raises InputError where a model has no answer."""
     return setup.abilities(basis.profile, basis.compensation, basis.calibration, site)
 
 
@@ -99,7 +99,7 @@ def judge(basis: Basis, draft: Draft) -> list[Refused]:
 
 
 def _refuse_clinically(protocol: Protocol, able: Abilities, draft: Draft) -> Iterator[Refused]:
-    """What guidelines and the patient's size forbid."""
+    """Refusals by guidelines and by the patient's size."""
     site, limit = draft.site, GUIDELINES[draft.site.age]
     held = clinical.held_against_guidelines(protocol, able, site, draft.by_contact)
     for field, one in zip(Guideline._fields, held, strict=True):
@@ -126,7 +126,7 @@ def _refuse_clinically(protocol: Protocol, able: Abilities, draft: Draft) -> Ite
 
 
 def _refuse_on_machine(basis: Basis, draft: Draft, protocol: Protocol) -> Iterator[Refused]:
-    """What only the whole of the settings shows."""
+    """Refusals that only the settings as a whole show."""
     try:
         setup.plan_settings(
             basis.profile,

@@ -73,7 +73,7 @@ class TeachingBody(BaseModel):
 
 
 class ReasonBody(BaseModel):
-    """Why something is done."""
+    """Reason for a change."""
 
     model_config = STRICT
 

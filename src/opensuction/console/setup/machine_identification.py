@@ -62,7 +62,7 @@ class IdentificationJob(NamedTuple):
 
 
 class FoundCalibration(NamedTuple):
-    """What ``calibrate`` found, as far as an engineer judges it here."""
+    """Result of ``calibrate``, as far as an engineer judges it here."""
 
     accepted: bool
     """Whether it wrote a parameter file."""
@@ -131,7 +131,7 @@ class Runs:
                 one.process.wait()
 
     def accepted_by(self, run: IdentificationJob) -> str | None:
-        """Who has accepted it; None: nobody."""
+        """Account that has accepted a run; None: nobody has."""
         return self._accepted.get(run.id)
 
     def accept(self, run: IdentificationJob, who: str) -> None:
@@ -154,7 +154,7 @@ def _watch(process: subprocess.Popen[bytes]) -> None:
 
 
 def _command(basis: Basis, folder: Path) -> tuple[str, ...]:
-    """What is run: the kind of machine that is at the bed."""
+    """Command line of a run, for the kind of machine at the bed."""
     kind = basis.compensation
     if kind == CompensationKind.NONE:
         kind = CompensationKind.PREVIEW
@@ -167,7 +167,7 @@ def _command(basis: Basis, folder: Path) -> tuple[str, ...]:
 
 
 def shown(run: IdentificationJob) -> dict[str, Any]:
-    """How far it is, and what it found."""
+    """Progress of a run, and its result."""
     status = run.process.poll()
     elapsed_s = time.monotonic() - run.began_s
     told: dict[str, Any] = {
@@ -213,7 +213,7 @@ def _last_words(run: IdentificationJob) -> str:
 
 
 def result_of(run: IdentificationJob) -> FoundCalibration | None:
-    """What it found; None before its end, and where it found nothing."""
+    """Result of a run; None before its end, and where it found nothing."""
     try:
         found = json.loads((run.folder / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -24,7 +24,7 @@ KNOWN, TAUGHT = "known", "taught"
 
 
 class Wanted(NamedTuple):
-    """What somebody would have."""
+    """Settings that a person asks for."""
 
     name: str | None
     approach: str
@@ -42,7 +42,7 @@ def site_of(found: Basis, now: Now, carina: str) -> Any:
 
 
 def draft_of(found: Basis, now: Now, wanted: Wanted) -> Draft:
-    """What is wanted, its numbers checked."""
+    """Draft of the settings asked for, its numbers checked."""
     geometry = site_of(found, now, wanted.carina)
     by_contact = BY_CONTACT[wanted.approach]
     return drafts.read(wanted.numbers, by_contact, geometry, found.protocol.bench_only)
@@ -64,7 +64,7 @@ def plan(site: ConsoleContext, wanted: Wanted) -> dict[str, Any]:
 
 
 def changes(found: Basis, draft: Draft) -> list[dict[str, Any]]:
-    """What would be other than it is in force."""
+    """Fields in which a draft differs from the settings in force."""
     before, after = found.protocol, draft.protocol
     assert after is not None
     told = [
@@ -167,7 +167,7 @@ def _in_words(told: list[dict[str, Any]]) -> str:
 
 
 def shown(site: ConsoleContext) -> dict[str, Any]:
-    """What is in force, with all that a form of it needs."""
+    """Settings in force, with all that their form needs."""
     found, now = bedside.basis_of(site), bedside.now(site)
     given = found.protocol._asdict()
     draft = drafts.read(given, found.by_contact, found.site, bool(given[FIXED]))

@@ -31,7 +31,7 @@ BENCH = "a bench has no carina to be taught: its protocol names its own travel"
 
 
 class Step(StrEnum):
-    """What somebody asks for."""
+    """Step of teaching that a person asks for."""
 
     PREPARE = "prepare"
     """Set the limits under which a person pushes."""
@@ -52,7 +52,7 @@ class Step(StrEnum):
 
 
 class Stage(StrEnum):
-    """Where teaching stands."""
+    """Stage of teaching."""
 
     IDLE = "idle"
     PREPARED = "prepared"
@@ -79,7 +79,7 @@ ALLOWED = {
 
 
 def stage_of(found: Basis, now: Now) -> Stage:
-    """Where teaching stands."""
+    """Stage of teaching, by the machine's phase and settings."""
     if now.phase == Phase.TEACHING:
         return Stage.HOMING if now.is_bringing else Stage.MOVING
     if now.phase != Phase.PARKED:
@@ -90,7 +90,7 @@ def stage_of(found: Basis, now: Now) -> Stage:
 
 
 def shown(site: ConsoleContext) -> dict[str, Any]:
-    """Where teaching stands, and what was taught."""
+    """Stage of teaching, and the length that was taught."""
     found, now = bedside.basis_of(site), bedside.now(site)
     span, can = PLAUSIBLE[found.site.age], site.hub.machine().capabilities
     stage = stage_of(found, now)
@@ -137,7 +137,7 @@ def _hand(site: ConsoleContext) -> SimulatedHand | None:
 
 
 def _feels(site: ConsoleContext) -> bool | None:
-    """Whether a simulated hand feels the carina; None where there is none, or none says."""
+    """True while a simulated hand feels the carina; None where there is none, or none says."""
     hand = _hand(site)
     return None if hand is None else hand.feels_carina()
 

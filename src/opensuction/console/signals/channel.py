@@ -33,7 +33,7 @@ TIP = "tip"
 
 
 class Origin(StrEnum):
-    """Where the value of a channel comes from."""
+    """Origin of a channel's value."""
 
     MEASURED = "measured"
     COMMANDED = "commanded"
@@ -43,7 +43,7 @@ class Origin(StrEnum):
 
 
 class Group(StrEnum):
-    """What a channel is about, in the order of the chooser."""
+    """Subject of a channel, in the order of the chooser."""
 
     INSERTION = "Insertion"
     SUCTION = "Suction"

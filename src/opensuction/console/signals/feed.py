@@ -74,7 +74,7 @@ class Feed:
 
     @property
     def is_working(self) -> bool:
-        """Whether it reads the ring."""
+        """True while it reads the ring."""
         return self._task is not None and not self._task.done()
 
     def _past(self, past_s: float) -> PastRows | None:

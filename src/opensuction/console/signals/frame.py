@@ -50,7 +50,7 @@ class Block(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """What a client reads out of it."""
+    """Content of a frame, as a client reads it."""
 
     source: int
     missed: int

@@ -28,7 +28,7 @@ def read_channels(asked: str) -> tuple[Channel, ...]:
 
 
 def read_past_s(asked: str | None) -> float:
-    """How much of what has been is wanted; raises Problem 422."""
+    """Duration of past signals that is asked for, in s; raises Problem 422."""
     if asked is None:
         return 0.0
     try:

@@ -30,7 +30,7 @@ _CONDITIONS = {
 
 
 class SourceFacts(NamedTuple):
-    """What is known of a control process."""
+    """Facts about a control process."""
 
     source: int
     """It is the so manieth since the console began, from 1 on."""
@@ -60,7 +60,7 @@ class Occurrence(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What has come."""
+    """Rows and events since the last call."""
 
     facts: SourceFacts | None
     """Of another control process than before; None: still the same."""
@@ -126,7 +126,7 @@ class SignalSource:
             self._events.read()
 
     def read(self) -> Found:
-        """What has come since the last call."""
+        """Rows and events since the last call."""
         before = self._ring.reader
         rest = () if before is None else self._read(before)
         facts = self._look()
@@ -152,7 +152,7 @@ class SignalSource:
         return Block(source or self.facts.source, rows, missed, self.facts.period_s, *self._tip)
 
     def _look(self) -> SourceFacts | None:
-        """Whether there is another control process by now."""
+        """Facts about a new control process; None: still the same."""
         if self._event_ring.look() and self._event_ring.reader is not None:
             self._events = EventReader(self._event_ring.reader)
         if not self._ring.look() or self._ring.reader is None:
@@ -163,7 +163,7 @@ class SignalSource:
         return self.facts
 
     def _read_tip(self) -> None:
-        """How the tip follows the head, by what the controller goes by."""
+        """Read the tip's gain and offset to the head from the controller's configuration."""
         try:
             text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
             tip = configuration.from_json(text).settings.limits.tip
@@ -197,7 +197,7 @@ class SignalSource:
         return blocks, tuple(found)
 
     def _of_happening(self, happening: ProcessEvent) -> Occurrence:
-        """What the loop has told, without who asked: that is for the records."""
+        """Event of the control process, without the person who asked: that is for the records."""
         one = row_event.of_happening(happening)
         time_s = int(happening.fields.get("time_ns", 0)) / NS_PER_S
         return Occurrence(self._found, one.tick, time_s, one.kind, one.name, one.detail)
@@ -215,7 +215,7 @@ class PastRows:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has come to where the source is, or that has gone on to another process."""
+        """True once it is level with the source, or that has gone on to another process."""
         return self._reader.next >= self._source.next or self._source.facts is not self._run
 
     def read(self) -> Found | None:

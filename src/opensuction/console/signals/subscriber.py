@@ -19,7 +19,7 @@ STALLED_S = 10.0
 
 
 class Subscriber:
-    """What waits for one client, in the order in which it came."""
+    """Queue of messages for one client, in the order in which they came."""
 
     def __init__(self, channels: tuple[Channel, ...]) -> None:
         self.channels = channels
@@ -59,7 +59,7 @@ class Subscriber:
         return self._waiting.popleft()
 
     def is_stalled(self, now_s: float) -> bool:
-        """Whether its client has taken nothing for too long."""
+        """True once its client has taken nothing for too long."""
         if len(self._waiting) < WAITING_MOST:
             self._stalled_since_s = None
             return False

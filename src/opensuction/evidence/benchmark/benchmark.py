@@ -25,7 +25,7 @@ FIRST_SEED = 101
 
 
 class Disturbed(NamedTuple):
-    """What is kept of a run on a disturbed plant."""
+    """Result of a run on a disturbed plant."""
 
     rmse_mm: float
     completed: bool
@@ -116,7 +116,7 @@ def seeds_of(count: int) -> tuple[int, ...]:
 
 
 def is_disturbed(plant: Twin | Model) -> bool:
-    """Whether a plant has columns: every model, and of the twins the bench."""
+    """True for a plant with columns: every model, and of the twins the bench."""
     return isinstance(plant, Model) or plant.name == COLUMNED
 
 

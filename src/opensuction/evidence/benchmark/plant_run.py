@@ -171,7 +171,7 @@ def lines_of(plant: Plant, seed: int, whole: Excitation = BENCH_STROKE) -> PlayL
 
 
 def identify(plant: Plant, seed: int, whole: Excitation = BENCH_STROKE) -> Calibration:
-    """What the bench's estimators make of a plant, its tip under the bench's laser noise."""
+    """Calibration of a plant by the bench's estimators, its tip under the bench's laser noise."""
     head = excitation_mm(whole)
     tip = plant(head) + laser_noise_mm(seed, head.size)
     fit, plays = estimator.fit(head, tip), play_estimator.fit(head, tip)
@@ -179,7 +179,7 @@ def identify(plant: Plant, seed: int, whole: Excitation = BENCH_STROKE) -> Calib
 
 
 class Driven(NamedTuple):
-    """What a compensator makes of the paper's trapezoid on an ideal servo, whatever the plant."""
+    """Head positions of a compensator for the paper's trapezoid on an ideal servo."""
 
     parked_mm: float
     heads_mm: Array
@@ -211,7 +211,7 @@ def follow(plant: Plant, driven: Driven, disturbance: Disturbance) -> tuple[Arra
 def adapt(
     plant: Plant, kind: CompensationKind, identified: Calibration, disturbance: Disturbance
 ) -> Calibration:
-    """What the disturbance's cycles teach: gap and offset, by the head as the tip passes a barrier.
+    """Adapt gap and offset by the disturbance's cycles, from the head as the tip passes a barrier.
 
     Raises InputError where a cycle cannot be planned by what was learned.
     """

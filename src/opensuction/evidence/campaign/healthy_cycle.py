@@ -63,7 +63,7 @@ class HealthyCycle(NamedTuple):
 
 
 def of(machine: Machine, columns: Columns) -> HealthyCycle:
-    """What is needed of a cycle that was played; columns: at least `COLUMNS`."""
+    """Data of a cycle that was played; columns: at least `COLUMNS`."""
     spans = {
         span.phase.name.lower(): (span.start_s, span.end_s) for span in trace.phase_spans(columns)
     }

@@ -55,13 +55,13 @@ def watch(
 
 
 def _changes_slowly(one: Injection) -> bool:
-    """Whether a fault may do something new after a piece in which it did nothing."""
+    """True for a fault that may do something new after a piece in which it did nothing."""
     course = ROWS[one.fault].course
     return course is not None and 2.0 * course.step_s(one.strength) > PIECE_S
 
 
 def is_settled(machine: Machine, columns: Columns, injections: Sequence[Injection]) -> bool:
-    """Whether nothing new came to the patient in the last piece, by the truth.
+    """True if nothing new came to the patient in the last piece, by the truth.
 
     The head stood, and so did the tip where it is inside; no vacuum reached the patient, whose
     pressure was as it should be; and whoever must be told had been.
@@ -93,7 +93,7 @@ def _last_piece(columns: Columns) -> Columns:
 
 
 def _is_told(piece: Columns, borne: PatientExposure, injections: Sequence[Injection]) -> bool:
-    """Whether people are shown what they must be.
+    """True if people are shown what they must be.
 
     Of a catheter, or a piece of it, that is inside with high priority; of a fault of the patient
     anything.
@@ -106,7 +106,7 @@ def _is_told(piece: Columns, borne: PatientExposure, injections: Sequence[Inject
 
 
 def follow_alone(going: FaultyRun, machine: Machine, duration_s: float) -> PatientAlone:
-    """What a patient goes through in a time in which the machine does nothing new.
+    """Exposure of a patient in a time in which the machine does nothing new.
 
     going: a run that has been watched. machine: as it was built.
     """

@@ -46,12 +46,12 @@ class PaperClaim(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether the two agree; a number that could not be measured does not."""
+        """True if the two agree; a number that could not be measured does not."""
         return abs(self.measured - self.paper) <= self.tolerance
 
     @property
     def evidence(self) -> bool:
-        """Whether agreement would tell something: predicted, and not what nothing would give."""
+        """True if agreement would tell something: predicted, and not what nothing would give."""
         passing = any(abs(null - self.paper) <= self.tolerance for null in self.nulls)
         return self.kind == PREDICTED and not passing
 
@@ -64,7 +64,7 @@ class PaperClaim(NamedTuple):
 
     @property
     def why_no_evidence(self) -> str:
-        """Why agreement tells nothing; empty where it does."""
+        """Reason for which agreement tells nothing; empty where it tells something."""
         if self.kind == CALIBRATED:
             return "the twin was calibrated to it"
         if self.kind == ARITHMETIC:
@@ -74,7 +74,7 @@ class PaperClaim(NamedTuple):
 
     @property
     def is_unexplained(self) -> bool:
-        """Whether the two differ and nobody knows why."""
+        """True if the two differ without an explanation."""
         return not self.ok and not self.explanation
 
 
@@ -94,7 +94,7 @@ def judge(claim: PaperClaim) -> JudgedClaim:
 
 
 def tally(claims: Sequence[PaperClaim]) -> dict[ClaimVerdict, int]:
-    """How many claims there are of each verdict."""
+    """Number of claims of each verdict."""
     verdicts: tuple[ClaimVerdict, ...] = (AGREES, NO_EVIDENCE, DIFFERS)
     return {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in verdicts}
 

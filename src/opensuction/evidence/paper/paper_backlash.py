@@ -37,7 +37,7 @@ Values = npt.NDArray[np.float64]
 
 
 class Reversal(NamedTuple):
-    """What the published model does after a saturated reversal; distances in mm, all positive."""
+    """Reversal of the published model after saturation; distances in mm, all positive."""
 
     wrong_way_mm: float
     """How far the tip first moves against the head."""

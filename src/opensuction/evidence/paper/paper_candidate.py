@@ -96,7 +96,7 @@ def _added(pattern: Callable[[Values], Values]) -> Disturbed:
 
 
 def _relaxed(drive: Values, seconds: float) -> Values:
-    """What follows a drive with a time constant."""
+    """Response of a first-order lag to a drive."""
     followed = np.zeros(drive.size)
     share = 1.0 / (RATE_HZ * seconds)
     for k in range(1, drive.size):

@@ -96,7 +96,7 @@ def press(rig: Rig) -> Press:
 
 
 def seating_mm(seed: int) -> float:
-    """How much farther than it is said to be the rubber carina stands in a trial."""
+    """Distance by which the rubber carina stands deeper than stated, drawn for a trial, in mm."""
     drawn, _, _ = random_stream.normal_pair(random_stream.stream(seed, SEATING_PURPOSE))
     return SEATING_MM * float(drawn)
 
@@ -116,7 +116,7 @@ def stopped_mm(columns: Columns) -> float:
 
 
 def is_suctioned(columns: Columns) -> bool:
-    """Whether the cycle ended parked and secretions came out."""
+    """True if the cycle ended parked and secretions came out."""
     parked = columns["phase"][-1] == Phase.PARKED
     return bool(parked and columns["truth.secretion_removed_ml"][-1] > 0.0)
 

@@ -152,7 +152,7 @@ def _claim(
 
 
 def _loop_width() -> PaperClaim:
-    """What the printed Bouc-Wen numbers really produce."""
+    """Claim on the loop that the printed Bouc-Wen numbers really give."""
     return PaperClaim(
         "loop width of the printed Bouc-Wen numbers, against the other model",
         WHERE,

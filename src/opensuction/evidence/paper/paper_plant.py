@@ -42,7 +42,7 @@ HELD_STARTS = ((1.0, 0.0), (1.5, 0.5), (2.5, -1.0), (5.0, 0.5))
 
 
 class Found(NamedTuple):
-    """What a candidate comes to; lengths in mm."""
+    """Result of a candidate; lengths in mm."""
 
     model: ModifiedDahl
     """Identified, the offset brought to the paper's."""

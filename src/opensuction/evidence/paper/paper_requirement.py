@@ -29,7 +29,7 @@ SETUP = (
 
 
 def section() -> Section:
-    """What the paper's cycle keeps of its own requirements, and the set-up of Fig. 8."""
+    """Section on the paper's own requirements, kept or not, and on the set-up of Fig. 8."""
     able = setup.abilities(BENCH, CompensationKind.NONE, rigs.uncalibrated(BENCH), BENCH_SITE)
     found = clinical.held_against_guidelines(PAPER, able, BENCH_SITE, by_contact=False)
     rows = [(check.name, check.value, check.limit, check.unit, check.ok) for check in found]

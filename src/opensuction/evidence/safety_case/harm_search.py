@@ -56,7 +56,7 @@ Choice = TypeVar("Choice")
 
 
 class HarmSearch(NamedTuple):
-    """What a search came to."""
+    """Result of a search."""
 
     runs: int
     worst: SearchedRun | None

@@ -29,7 +29,7 @@ KINDS = tuple((patient, approach) for patient in PATIENTS for approach in PHASES
 
 
 def find_share(patient: str, approach: str, seed: int, row: int) -> float:
-    """Where in its span the fault of a run comes, 0 to 1, both edges included.
+    """Place in its span at which the fault of a run comes, 0 to 1, both edges included.
 
     A Latin square: every patient and approach sees each part of the span with one of five seeds,
     and each seed sees every part with some of them; so do the rows of a table.

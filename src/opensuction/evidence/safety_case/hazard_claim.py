@@ -64,7 +64,7 @@ SAFE_STATES = {
 
 
 class Response(Enum):
-    """What the machine owes a fault."""
+    """Required response to a fault."""
 
     ALARM = "alarm"
     """Alarm and safe state within their bounds."""
@@ -79,7 +79,7 @@ class Response(Enum):
 
 
 class Raiser(Enum):
-    """Who tells people."""
+    """Source of an alarm."""
 
     CONTROLLER = "controller"
     DRIVES = "drives"

@@ -93,7 +93,7 @@ class HazardCase(NamedTuple):
 
 
 class HazardResult(NamedTuple):
-    """What a run came to."""
+    """Result of a run."""
 
     case: HazardCase
     alarm: str
@@ -124,17 +124,17 @@ class HazardResult(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether every bound held."""
+        """True if every bound held."""
         return not self.problem
 
     @property
     def refused(self) -> bool:
-        """Whether nothing ran: the cycle was refused, as the claim has it."""
+        """True if nothing ran: the cycle was refused, as the claim has it."""
         return self.ok and self.exposure is None
 
     @property
     def answered(self) -> bool:
-        """Whether alarm and safe state came within their bounds, as far as they were owed."""
+        """True if alarm and safe state came within their bounds, as far as they were owed."""
         told = self.detected_ms <= self.detected_bound_ms
         return told and self.safe_ms <= self.safe_bound_ms
 
@@ -253,7 +253,7 @@ def _describe(found: Harm, left: LeftInside | None) -> str:
 
 
 def _problem(result: HazardResult, judged: Judgement, at_s: float) -> str:
-    """What of the claim does not hold, in words."""
+    """Parts of the claim that do not hold, in words."""
     claim, left = result.case.claim, judged.left_inside
     if claim.response == Response.REFUSAL:
         return "the cycle was not refused"

@@ -13,7 +13,7 @@ Level = TypeVar("Level", bound=Enum)
 
 
 class HarmSeverity(Enum):
-    """How bad the harm is, least first."""
+    """Severity of a harm, least first."""
 
     NEGLIGIBLE = "negligible"
     MINOR = "minor"
@@ -30,7 +30,7 @@ SEVERITY_WORDS = {
 
 
 class HarmProbability(Enum):
-    """How often the harm comes, for each cycle, least first."""
+    """Probability of a harm in a cycle, least first."""
 
     IMPROBABLE = "improbable"
     REMOTE = "remote"
@@ -49,7 +49,7 @@ PROBABILITY_WORDS = {
 
 
 class Acceptability(Enum):
-    """What follows from a risk."""
+    """Acceptability of a risk."""
 
     ACCEPTABLE = "acceptable"
     REDUCE = "reduce"
@@ -71,7 +71,7 @@ MATRIX = {
 
 
 class RiskEstimate(NamedTuple):
-    """What is judged of a hazard beyond its severity; in the table, the section ``risk``."""
+    """Estimate of a hazard's risk beyond its severity; in the table, the section ``risk``."""
 
     probability: HarmProbability
     """Of the harm of the row's severity, with the machine of [paper]: no governor, watch or

@@ -42,7 +42,7 @@ TellSearch = Callable[[int, int, Hazard, HarmSearch], None]
 
 
 class HazardVerdict(NamedTuple):
-    """What all runs of a hazard came to."""
+    """Verdict on a hazard, from all of its runs."""
 
     hazard: Hazard
     results: tuple[HazardResult, ...]
@@ -51,7 +51,7 @@ class HazardVerdict(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether every bound held in every run, those of the search among them."""
+        """True if every bound held in every run, those of the search among them."""
         return all(result.ok for result in self.results) and not self.search.broken
 
     @property
@@ -68,7 +68,7 @@ class SafetyCase(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether every hazard is answered within its bounds."""
+        """True if every hazard is answered within its bounds."""
         return all(verdict.ok for verdict in self.verdicts)
 
 
@@ -80,7 +80,7 @@ def _ratio(value: float, bound: float) -> float:
 
 
 def _share(result: HazardResult) -> tuple[bool, bool, float]:
-    """How bad a run is: broken first, then what was answered, then the bound that is nearest."""
+    """Sort key of the worst run: broken first, then answered, then by the nearest bound."""
     nearest = _ratio(result.detected_ms, result.detected_bound_ms)
     stays = result.left_inside is not None
     if not stays:

@@ -28,7 +28,7 @@ class Bed(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where in the space of a hazard a run is."""
+    """Place of a run in the space of a hazard."""
 
     claim: int
     """Number of the fault in the hazard's row."""
@@ -44,7 +44,7 @@ class Place(NamedTuple):
 
 
 class SearchedRun(NamedTuple):
-    """What a run came to."""
+    """Result of a run."""
 
     bed: Bed
     injection: Injection
@@ -154,7 +154,7 @@ def _judge(bed: Bed, sound: Sound, played: Played) -> SearchedRun:
 
 
 def _find_share(found: Harm, sound: Harm) -> float:
-    """How much of the way from the sound cycle's value to a bound a run went; below 0 for less."""
+    """Share of the way from the sound cycle's value to a bound; below 0 for a lesser value."""
     if found.is_broken:
         return math.inf
     way = found.limit - sound.worst

@@ -71,7 +71,7 @@ CONSEQUENCES = (Condition.AUTOMATION_STOPPED,)
 
 
 class Spoken(NamedTuple):
-    """What was said of a sound cycle, by name."""
+    """False and true alarms of a sound cycle, by name."""
 
     false: tuple[str, ...]
     true: tuple[str, ...]
@@ -90,7 +90,7 @@ def _list_said(columns: Columns) -> dict[Condition, float]:
 
 
 def _is_so(condition: Condition, at_s: float, columns: Columns, limits: PatientLimits) -> bool:
-    """Whether what was said at an instant had come to pass by then."""
+    """True if what an alarm said at an instant had come to pass by then."""
     if condition not in TRUE_WHERE:
         return False
     ticks = int(np.searchsorted(columns["time_s"], at_s, side="right"))
@@ -99,7 +99,7 @@ def _is_so(condition: Condition, at_s: float, columns: Columns, limits: PatientL
 
 
 def listen(columns: Columns, limits: PatientLimits) -> Spoken:
-    """What was said in a run, or a part of it from its begin, in which nothing was wrong.
+    """False and true alarms of a run, or a part of it from its start, in which nothing was wrong.
 
     columns: at least `COLUMNS`. limits: of the patient, as the controller has them.
     """

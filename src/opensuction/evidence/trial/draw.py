@@ -64,7 +64,7 @@ def list_numbers(trial: Trial, machine: int, cycles: int) -> list[int]:
 
 
 def count_machines(trial: Trial, cycles: int) -> int:
-    """How many machines so many cycles take."""
+    """Number of machines that so many cycles take."""
     kinds = len(cohort.list_kinds(trial.cohort))
     groups, within = divmod(cycles, kinds * count_per_machine(trial))
     return groups * kinds + min(within, kinds)

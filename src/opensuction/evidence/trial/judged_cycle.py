@@ -47,7 +47,7 @@ class Came(NamedTuple):
 
 
 class Case(NamedTuple):
-    """What became of a cycle."""
+    """Judgement of a cycle."""
 
     number: int
     patient: str
@@ -73,12 +73,12 @@ class Case(NamedTuple):
 
     @property
     def counted(self) -> int:
-        """How many faults came that could matter."""
+        """Number of faults that came and could matter."""
         return sum(one.counts for one in self.faults)
 
     @property
     def is_broken(self) -> bool:
-        """Whether anything was broken, or said of a sound cycle that is not so."""
+        """True if a bound was broken, or an alarm of a sound cycle was false."""
         said = self.false_alarms and not self.counted
         return bool(self.commands or self.breaches or said)
 
@@ -99,7 +99,7 @@ def place(drawn: Sequence[DrawnFault], healthy: HealthyCycle) -> tuple[Injection
 
 
 def _counts(prepared: Prepared, columns: Columns, at_s: float) -> bool:
-    """Whether a fault that came at an instant could matter."""
+    """True if a fault that came at an instant could matter."""
     if math.isnan(at_s):
         return False
     tick = round(at_s / DT_S)

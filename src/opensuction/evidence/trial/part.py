@@ -23,7 +23,7 @@ Able = TypeVar("Able")
 
 
 class Part(NamedTuple):
-    """Which cycles: those of a machine, of a trial of so many cycles."""
+    """Part of a trial: the cycles of one machine."""
 
     trial: Trial
     machine: int
@@ -32,7 +32,7 @@ class Part(NamedTuple):
 
 
 class PlayedPart(NamedTuple):
-    """What became of them."""
+    """Result of a part that was played."""
 
     machine: int
     cases: tuple[Case, ...]

@@ -11,7 +11,7 @@ from opensuction.evidence.trial.trial_log import Heading
 
 
 class Standing(NamedTuple):
-    """How far a trial has come."""
+    """Progress of a trial."""
 
     cycles: int
     broken: int
@@ -26,7 +26,7 @@ class Standing(NamedTuple):
 
 
 class Listener(NamedTuple):
-    """Who hears how a trial goes on; called from other threads, one call at a time."""
+    """Callbacks on the progress of a trial; called from other threads, one call at a time."""
 
     tell: Callable[[Standing], None] = lambda _: None
     warn: Callable[[str], None] = lambda _: None

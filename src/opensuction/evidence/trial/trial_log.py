@@ -24,7 +24,7 @@ JUDGING_ROOMS = ("oracle", "result", "session", "settings", "evidence")
 
 
 class Heading(NamedTuple):
-    """Which trial a folder holds."""
+    """Heading of a trial's log."""
 
     version: str
     """Of the software."""
@@ -35,7 +35,7 @@ class Heading(NamedTuple):
 
 
 class TrialLog(NamedTuple):
-    """What is kept of a trial."""
+    """Content of a trial's log."""
 
     heading: Heading
     parts: dict[int, PlayedPart]
@@ -83,7 +83,7 @@ def _write(file: Path, line: bytes, mode: str) -> None:
 
 
 def read(folder: Path) -> TrialLog:
-    """What a folder keeps of a trial. Raises InputError where that is none, or damaged."""
+    """Trial that a folder keeps. Raises InputError where there is none, or it is damaged."""
     file = folder / NAME
     if not file.is_file():
         raise InputError(

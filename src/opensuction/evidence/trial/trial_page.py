@@ -224,7 +224,7 @@ def _said(result: TrialResult) -> list[str]:
 
 
 def _said_before(cycles: int) -> list[str]:
-    """What was said of a machine that was sound until its fault came."""
+    """Lines on false alarms and trips before the fault of a cycle came."""
     if not cycles:
         return []
     return [
@@ -272,7 +272,7 @@ def _endpoints(result: TrialResult) -> list[str]:
 
 
 def _say_more(one: Allowance) -> str:
-    """How much an allowance is."""
+    """Size of an allowance, in words."""
     if math.isfinite(one.over_strength):
         less = f"{one.least:g} and {one.over_strength:g} / its strength"
         return f"{less}, {one.more:g} at most"

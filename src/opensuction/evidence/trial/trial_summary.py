@@ -28,7 +28,7 @@ USUAL = Trial()
 
 
 class Effort(NamedTuple):
-    """What it took."""
+    """Effort of a trial."""
 
     workers: int
     wall_s: float
@@ -127,7 +127,7 @@ def _watched(cases: Sequence[Case]) -> WatchedTime:
 
 
 def summarise_case(trial: Trial, case: Case) -> TrialCycle:
-    """What a trial says of one of its cycles."""
+    """Summary of one cycle of a trial."""
     left = case.left_inside
     return measured(
         TrialCycle(
@@ -146,7 +146,7 @@ def summarise_case(trial: Trial, case: Case) -> TrialCycle:
 
 
 def is_good(result: TrialResult) -> bool:
-    """Whether all that is claimed held: two faults at once are counted, and nothing is claimed."""
+    """True if every claim held; two faults at once are only counted, with no claim."""
     patient = result.bounds.patient
     broken = result.bounds.commands.broken + patient.none.broken + patient.single.broken
     return result.complete and broken + result.false_alarms == 0

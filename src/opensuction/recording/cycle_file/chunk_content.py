@@ -24,7 +24,7 @@ LARGEST_BYTES = 256_000_000
 
 
 class DamageError(ValueError):
-    """What stands in the file cannot be."""
+    """Damage of a file: its content cannot be what was written."""
 
 
 class Rows(NamedTuple):
@@ -53,7 +53,7 @@ def parse(kind: Any, data: bytes) -> Any:
 
 
 def unpack(record: bytes) -> bytes:
-    """What is in a chunk, its checksum looked at. Raises DamageError."""
+    """Content of a chunk, its checksum verified. Raises DamageError."""
     chunk = parse(Chunk, record)
     if chunk.compression != frame.COMPRESSION:
         raise DamageError(f"a chunk packed as {chunk.compression!r}")
@@ -84,7 +84,7 @@ class ChunkReader:
         return {topic: layout.columns for topic, layout in self._layouts.values()}
 
     def read(self, record: bytes) -> list[Rows | TimedEvent]:
-        """What a chunk holds, in its order. Raises DamageError."""
+        """Content of a chunk, in its order. Raises DamageError."""
         content = unpack(record)
         found: list[Rows | TimedEvent] = []
         at = 0

@@ -115,7 +115,7 @@ class RecordingReader:
         raise _CutError
 
     def _check_end(self, data: bytes) -> None:
-        """What lies behind the rows: checksums of all that was read, and of the index."""
+        """Check the checksums behind the rows: of all that was read, and of the index."""
         if parse(DataEnd, data).data_section_crc not in (0, self._crc):
             raise DamageError("something before it, for the checksum of the whole is another")
         rest = self._file.read(LARGEST_BYTES)
@@ -127,7 +127,7 @@ class RecordingReader:
             raise DamageError("the index behind the rows has another checksum")
 
     def _say(self, damage: DamageError) -> str:
-        """What is wrong with the file."""
+        """Describe the damage of the file."""
         if isinstance(damage, _CutError):
             return f"was not finished: it ends at byte {self._size}, where its writer stopped"
         self.is_damaged = True
@@ -194,7 +194,7 @@ class RecordingReader:
             self._rows += len(one.table)
 
     def _describe_read(self) -> str:
-        """What was read, and from which time: rows may be missing in between."""
+        """Rows that were read, and their span of time: rows may be missing in between."""
         seconds = (self._span_ns[1] - self._span_ns[0]) / 1e9
         rows = f"{self._rows} row{'' if self._rows == 1 else 's'}"
         span = f" of {seconds:.3f} s" if self.is_damaged else f", {seconds:.3f} s,"

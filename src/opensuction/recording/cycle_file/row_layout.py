@@ -34,7 +34,7 @@ class _Run(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """Where a message has the numbers of a row."""
+    """Layout of a row's numbers in a message."""
 
     columns: tuple[SchemaColumn, ...]
     template: Bytes
@@ -75,7 +75,7 @@ def _place(node: Tree, columns: Sequence[SchemaColumn], places: dict[int, int], 
 
 
 def layout_of(columns: Sequence[SchemaColumn]) -> Layout:
-    """Where the message that `row_schema.describe` describes has each column."""
+    """Layout of the message that `row_schema.describe` describes."""
     for column in columns:
         if column.kind not in KINDS:
             raise ValueError(f"column {column.name} is {column.kind}")

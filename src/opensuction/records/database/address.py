@@ -19,7 +19,7 @@ POSTGRESQL_NAMES = ("postgresql", "postgres", "postgresql+psycopg")
 
 
 class Address(NamedTuple):
-    """Where records are kept."""
+    """Address of the records."""
 
     shown: str
     """As messages show it: no password, no options."""
@@ -30,7 +30,7 @@ class Address(NamedTuple):
 
 
 def default() -> str:
-    """What is used where nobody names a database: the environment's, or the user's own file."""
+    """Default address of the records: the environment's, or the user's own file."""
     named = os.environ.get(VARIABLE)
     return named or str(Path(platformdirs.user_data_path("opensuction")) / "records.db")
 

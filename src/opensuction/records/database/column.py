@@ -21,10 +21,10 @@ SEQUENCE = BigInteger().with_variant(Integer, "sqlite")
 
 
 def bound(name: str, longest: int, shortest: int = 1) -> CheckConstraint:
-    """How many characters a column holds."""
+    """Constraint on the number of characters in a column."""
     return CheckConstraint(f"length({name}) BETWEEN {shortest} AND {longest}", name=name)
 
 
 def one_of(name: str, values: tuple[str, ...] | tuple[bool, ...]) -> CheckConstraint:
-    """What a column may hold."""
+    """Constraint on the values of a column."""
     return CheckConstraint(f"{name} IN ({', '.join(map(repr, values))})", name=name)

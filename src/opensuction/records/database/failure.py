@@ -76,7 +76,7 @@ def _explain_sqlite(error: sqlite3.Error) -> str:
 
 
 def _explain_connection(said: str) -> str:
-    """What a server says before it gives its errors a number."""
+    """Explain what a server says before it gives its errors a number."""
     for words, state in REFUSALS.items():
         if words in said:
             return POSTGRESQL[state]
@@ -101,7 +101,7 @@ def _explain_postgresql(error: BaseException) -> str:
 
 @contextmanager
 def explaining(shown: str) -> Iterator[None]:
-    """What a database says in here becomes a `RecordsError`."""
+    """Turn errors of a database into a `RecordsError`."""
     try:
         yield
     except sqlite3.Error as error:

@@ -26,7 +26,7 @@ BEGINNING = "0" * column.HASH_DIGITS
 
 
 class Head(NamedTuple):
-    """Where the trail ends."""
+    """Head of the trail."""
 
     sequence: int
     """Of the last entry; 0: there is none."""
@@ -65,7 +65,7 @@ def write_entry(sequence: int, previous: str, at: datetime, table: str, row: Row
 
 
 def read_head(connection: Connection) -> Head:
-    """Where the trail ends, as its head says."""
+    """Head of the trail, as the database has it."""
     row = connection.execute(select(schema.audit_head.c.sequence, schema.audit_head.c.hash)).one()
     return Head(row.sequence, row.hash)
 

@@ -28,7 +28,7 @@ UNREADABLE = (TypeError, ValueError, OverflowError, LookupError, exc.InvalidRequ
 
 
 class AuditReport(NamedTuple):
-    """What was found."""
+    """Result of an audit."""
 
     entries: int
     """That were read; of a broken trail those up to where it breaks, the broken one with them."""
@@ -167,7 +167,7 @@ def _key(table: Table) -> str:
 
 
 def _compare(entry: _Entry, stored: dict[tuple[str, Any], dict[str, Any]]) -> None:
-    """Whether a row is what its entry says; columns that it does not name must be empty."""
+    """Check that a row is what its entry says; columns that it does not name must be empty."""
     key = entry.row[_key(TABLES[entry.table])]
     where = f"{entry.table} {show(key)} of entry {entry.sequence}"
     if (entry.table, key) not in stored:

@@ -34,12 +34,12 @@ class Drawing(NamedTuple):
 
 
 def cap_name(result: CycleResult) -> str:
-    """What a cap is: a depth that is never passed, or where the search for the carina ends."""
+    """Name of a cap: a depth that is never passed, or the end of the search for the carina."""
     return "Search ends" if figures.is_search_cap(result) else "Cap"
 
 
 def _depths(result: CycleResult) -> list[Depth]:
-    """What has a name and a depth."""
+    """Depths to draw, each with its name."""
     deepest, now = result.tip.deepest_mm, result.tip.end_mm
     if deepest is not None and now is not None and deepest - now < SAME_MM:
         deepest = None
@@ -81,7 +81,7 @@ def drawing(result: CycleResult) -> Drawing | None:
 
 
 def _caption(result: CycleResult, is_ghost_drawn: bool) -> str:
-    """What is drawn of the catheter, and what its cap is."""
+    """Caption on the drawn catheter and its cap."""
     end_mm = result.tip.end_mm
     said = []
     if result.is_inside and end_mm is not None:

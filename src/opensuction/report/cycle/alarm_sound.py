@@ -17,7 +17,7 @@ FULL_SCALE = 32767
 
 
 def encode(priority: Priority) -> bytes:
-    """What is heard of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
+    """Sound of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
     samples = auditory_signal.repeat(priority, SECONDS, SAMPLE_RATE_HZ)
     buffer = io.BytesIO()
     wavfile.write(buffer, SAMPLE_RATE_HZ, np.round(samples * FULL_SCALE).astype("<i2"))

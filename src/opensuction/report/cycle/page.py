@@ -64,7 +64,7 @@ def _tables(result: CycleResult, sections: Sections | None) -> dict[str, list[tu
 
 
 def ran(result: CycleResult) -> dict[str, str | None]:
-    """What ran, by name in the order of the page; None where it does not apply."""
+    """Choices of the run, by name in the order of the page; None where one does not apply."""
     return {
         "machine": result.machine,
         "protocol": result.protocol,
@@ -80,7 +80,7 @@ def ran(result: CycleResult) -> dict[str, str | None]:
 def _plots(
     result: CycleResult, trace: Trace, phases: list[PhaseBand], is_one_of_many: bool
 ) -> dict[str, Any]:
-    """What the page's script draws."""
+    """Data that the page's script draws."""
     coarser = series.COARSE if is_one_of_many else 1
     return {
         "series": series.machine(result, trace, series.BUCKETS // coarser),
@@ -98,7 +98,7 @@ def _plots(
 
 
 def _is_quiet_after(result: CycleResult) -> bool:
-    """Whether nothing happens to the machine once the cycle is over: its plots begin with that."""
+    """True if nothing happens to the machine once the cycle is over: its plots begin with that."""
     end_s = series.focus_s(result)
     if end_s is None or result.is_inside:
         return False

@@ -26,7 +26,7 @@ def kind_of(cycle: DayCycleResult) -> str:
 
 
 def headline_of(cycle: DayCycleResult) -> str:
-    """What a person must know first of a cycle."""
+    """First line about a cycle, for a person."""
     return cycle.outcome.capitalize() if cycle.news is None else cycle.news.headline
 
 

@@ -40,7 +40,7 @@ class FittedCurves(NamedTuple):
 
 
 def loop_end(driven: Array) -> int:
-    """How many samples from the first show `LOOP_REVERSALS` reversals; all of them if fewer."""
+    """Number of samples that show the first `LOOP_REVERSALS` reversals; all of them if fewer."""
     rises = directions(driven, REVERSAL_RATIO * float(np.ptp(driven)))
     reversals = np.flatnonzero(np.diff(rises)) + 1
     return int(reversals[LOOP_REVERSALS] if reversals.size > LOOP_REVERSALS else driven.size)
@@ -89,7 +89,7 @@ def _autocorrelation(curves: FittedCurves) -> dict[str, Any]:
 
 
 def plots(curves: FittedCurves) -> dict[str, Any]:
-    """What the page's script draws, ready for JSON."""
+    """Data that the page's script draws, ready for JSON."""
     size = curves.answer.size
     time = np.arange(size, dtype=np.float64) if curves.time_s is None else curves.time_s
     rests = {name: curves.answer - fitted for name, fitted in curves.fitted.items()}

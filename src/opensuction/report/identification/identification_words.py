@@ -77,7 +77,7 @@ def outcome(result: WorkbenchResult) -> str:
 
 
 def sentences(result: WorkbenchResult) -> list[str]:
-    """What was found, in plain words."""
+    """Result of an identification or a comparison, in plain words."""
     found, recording = best(result), result.provenance.recording
     input_, output = recording.input.column or "the input", recording.output.column or "the output"
     unit = recording.output.unit
@@ -101,7 +101,7 @@ def sentences(result: WorkbenchResult) -> list[str]:
 
 
 def _compared(result: ComparisonResult) -> list[str]:
-    """Why a model is recommended, how many there were, and which were left out."""
+    """Reasons for the recommendation, number of models compared, and those left out."""
     found, count = best(result), len(result.models)
     validated = found.cross_validation_percent_of_range
     return [
@@ -125,7 +125,7 @@ def _fitted_range(model: ModelResult, input_: str, unit: str) -> list[str]:
 
 
 def _coupling(model: ModelResult) -> list[str]:
-    """What each of several inputs adds to the output."""
+    """Share that each of several inputs adds to the output."""
     if not model.coupling_percent_of_range:
         return []
     shares = model.coupling_percent_of_range.items()
@@ -134,7 +134,7 @@ def _coupling(model: ModelResult) -> list[str]:
 
 
 def _gap(model: ModelResult, unit: str) -> list[str]:
-    """How far apart the two ways are, of the one model where it is a simple quotient.
+    """Gap between the two ways, of the one model where it is a simple quotient.
 
     Nothing of parameters that are not determined: at a bound, or 0 for all that is known.
     """
@@ -150,7 +150,7 @@ def _gap(model: ModelResult, unit: str) -> list[str]:
 
 
 def _is_positive(parameter: FittedParameter) -> bool:
-    """Whether its whole interval is above 0."""
+    """True if its whole interval is above 0."""
     return parameter.ci95 is not None and parameter.ci95[0] > 0.0
 
 
@@ -184,7 +184,7 @@ def _why_none(model: ModelResult) -> str:
 
 
 def inverse(model: ModelResult) -> str:
-    """How a model can be inverted, in a word or two."""
+    """Kind of a model's inverse, in a word or two."""
     if model.inverse.startswith("none"):
         return "none"
     return "continuous" if model.well_posed else "with gaps"

@@ -145,7 +145,7 @@ def _overview(detail: HazardDetail) -> tuple[object, ...]:
 
 
 def describe_search(found: HarmSearchResult) -> str:
-    """How many searched runs broke a bound, or how near the worst of them came to one."""
+    """Number of searched runs that broke a bound, or the nearest approach to one."""
     if found.broken:
         return f"{found.broken} of {found.runs} broken"
     worst = found.worst

@@ -47,7 +47,7 @@ class CalibrationCheck(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether the bound is kept; what is no number keeps none."""
+        """True if the bound is kept; NaN keeps none."""
         return (self.least is None or self.value >= self.least) and (
             self.most is None or self.value <= self.most
         )
@@ -56,7 +56,7 @@ class CalibrationCheck(NamedTuple):
 def of_stroke(
     excitation: Excitation, runs: tuple[Recording, Recording]
 ) -> tuple[CalibrationCheck, ...]:
-    """Whether both runs went through the whole excitation."""
+    """Checks that both runs went through the whole excitation."""
     stroke = "free the head's way, then calibrate again"
     checks = []
     for name, recorded in zip(("first", "second"), runs, strict=True):
@@ -74,7 +74,7 @@ def of_stroke(
 def of_inner_strokes(
     parts: tuple[Excitation, ...], runs: tuple[tuple[Recording, ...], tuple[Recording, ...]]
 ) -> tuple[CalibrationCheck, ...]:
-    """Whether both runs went through every shorter stroke after the excitation."""
+    """Checks that both runs went through every shorter stroke after the excitation."""
     wanted_s = sum(part.duration_s for part in parts[1:])
     return tuple(
         CalibrationCheck(
@@ -90,7 +90,7 @@ def of_inner_strokes(
 
 
 def of_lines(model: str, rmse_mm: float) -> CalibrationCheck:
-    """Whether a model of plays with lines over them is as good as the plays have to be."""
+    """Check that a model of plays with lines over them is as good as the plays have to be."""
     remedy = "calibrate with --compensation preview, or look for what changed between both runs"
     name = f"RMSE of the {model} model on the second run"
     return CalibrationCheck(name, rmse_mm, None, MOST_PLAYS_RMSE_MM, "mm", remedy)
@@ -99,7 +99,7 @@ def of_lines(model: str, rmse_mm: float) -> CalibrationCheck:
 def of_fit(
     profile: MachineProfile, found: Identification, validation: Validation
 ) -> tuple[CalibrationCheck, ...]:
-    """Whether models and servo are good enough and can be this machine's."""
+    """Checks that models and servo are good enough and can be this machine's."""
     built_mm = float(modified_dahl.gap_mm(profile.transmission))
     gap_ratio = float(modified_dahl.gap_mm(found.fit.model)) / built_mm
     no_load = profile.supply_v / profile.head_limit_mm_per_s

@@ -67,7 +67,7 @@ def recording_text(recorded: Recording) -> str:
 
 
 def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
-    """What a calibration found, for `opensuction cycle --compensation`. now: in UTC.
+    """Parameter file of a calibration, for `opensuction cycle --compensation`. now: in UTC.
 
     Raises ValueError where nothing was found.
     """

@@ -76,17 +76,17 @@ class Calibrated(NamedTuple):
 
     @property
     def accepted(self) -> bool:
-        """Whether a compensator may be driven by it."""
+        """True if a compensator may use the calibration."""
         return not self.reasons
 
     @property
     def predicted(self) -> tuple[npt.NDArray[np.float64], ...] | None:
-        """What `predict` makes of the second run; None where no model was found."""
+        """Prediction of the second run; None where no model was found."""
         return None if self.found is None else predict(self.found, self.second)
 
 
 def resolve(choice: CalibrationChoice) -> Equipment:
-    """What was chosen; raises InputError for unknown names and bad files."""
+    """Equipment that was chosen; raises InputError for unknown names and bad files."""
     equipment = equipments.resolve(choice.rig)
     usable = [name for name, kind in KIND_OF_NAME.items() if kind != CompensationKind.NONE]
     choose(choice.compensation, dict.fromkeys((BEST, *usable)), "compensation")
@@ -174,7 +174,7 @@ def _driven(
 
 
 def validated(found: Identification, second: Recording) -> Validation:
-    """What an identification leaves of another recording."""
+    """Errors of an identification on another recording."""
     model_mm, plays_mm = predict(found, second)
     samples = min(second.laser_mm.size, found.laser_mm.size)
     return Validation(

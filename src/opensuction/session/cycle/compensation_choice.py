@@ -45,7 +45,7 @@ def calibration(identified: Identified, name: str, kind: MachineKind) -> Calibra
 
 
 def nominal_feedforward(profile: MachineProfile) -> Feedforward:
-    """What the motor's nominal speed says of the servo; friction only a calibration measures."""
+    """Feedforward by the motor's nominal speed; only a calibration measures friction."""
     return Feedforward(
         velocity_v_s_per_mm=profile.supply_v / profile.no_load_mm_per_s, friction_v=0.0
     )

@@ -242,7 +242,7 @@ _WATCHED = tuple(
 
 
 def call_by_piece(watch: Watch) -> Watcher:
-    """What tells ``watch`` where a cycle is, from the last row of each piece of its trace."""
+    """Watcher that calls ``watch`` with the last row of each piece of the trace."""
 
     def hear(row: npt.NDArray[np.float64]) -> None:
         phase, *values = (float(row[index]) for index in _WATCHED)
@@ -259,7 +259,7 @@ def checks(prepared: Prepared) -> list[GuidelineCheck]:
 
 
 def stopping_mm(prepared: Prepared) -> float:
-    """Where suction is meant to take place: the travel, or off the carina that is touched."""
+    """Planned depth of suction: the travel, or off the carina that is touched."""
     if prepared.resolved.by_contact:
         return prepared.rig.machine.airway.carina_mm - prepared.protocol.backoff_mm
     return prepared.protocol.travel_mm

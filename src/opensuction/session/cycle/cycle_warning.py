@@ -26,7 +26,7 @@ def warnings(prepared: Prepared, result: Outcome) -> list[str]:
 
 
 def _of_suction(prepared: Prepared, result: Outcome) -> str | None:
-    """Whether suction lasted longer than guidelines allow."""
+    """Warning of suction longer than guidelines allow."""
     guideline_s = GUIDELINES[prepared.rig.site.age].negative_pressure_s
     if not result.negative_pressure_s > guideline_s + BUDGET_MARGIN_S:  # true of NaN
         return None
@@ -38,7 +38,7 @@ def _of_suction(prepared: Prepared, result: Outcome) -> str | None:
 
 
 def _of_secretion(result: Outcome) -> str | None:
-    """Why secretions are left after a completed cycle."""
+    """Warning of secretions that are left after a completed cycle, with the reason."""
     if not (result.completed and result.removed_percent < SECRETION_SHARE_PERCENT):
         return None
     if result.removed_percent < LEAST_SHARE_PERCENT:
@@ -54,7 +54,7 @@ def _of_secretion(result: Outcome) -> str | None:
 
 
 def _of_servo(prepared: Prepared) -> str | None:
-    """What stands in for the servo's feedforward where a parameter file has none."""
+    """Warning of a nominal feedforward where a parameter file has none."""
     file = prepared.resolved.parameter_file
     if file is None or file.servo is not None:
         return None
@@ -65,7 +65,7 @@ def _of_servo(prepared: Prepared) -> str | None:
 
 
 def _of_model(prepared: Prepared) -> str | None:
-    """What a compensator on a modified Dahl model does where that model has no inverse."""
+    """Warning of a modified Dahl model without an inverse, with what its compensator does."""
     kind, model = prepared.resolved.compensation, prepared.calibration.model
     on_dahl = kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
     if not on_dahl or modified_dahl.is_monotone(model):

@@ -24,7 +24,7 @@ MOST_SPREAD = 3.0
 
 
 class Equipment(NamedTuple):
-    """What stands there: kinds of machine and patient, their names, and the seed that draws one."""
+    """Kinds of machine and patient with their names, and the seed that draws one of each."""
 
     machine_name: str
     machine: MachineKind
@@ -37,7 +37,7 @@ class Equipment(NamedTuple):
 
     @property
     def on_bench(self) -> bool:
-        """Whether it is the paper's bench or like it."""
+        """True for the paper's bench, and for machines made from it."""
         return self.machine.preset == BENCH
 
     def draw(self) -> Rig:
@@ -46,12 +46,12 @@ class Equipment(NamedTuple):
 
 
 def is_file(name: str) -> bool:
-    """Whether a name is the path of a file and not a preset."""
+    """True for the path of a file, False for the name of a preset."""
     return name.endswith(".toml")
 
 
 def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
-    """What was chosen; raises InputError for unknown names, bad files and what does not fit."""
+    """Equipment of a choice; raises InputError for unknown names, bad files and conflicts."""
     if not 0.0 <= choice.spread <= MOST_SPREAD:
         raise InputError(f"--spread is {choice.spread:g}, and 0 to {MOST_SPREAD:g} are possible")
     name = default_machine if choice.machine is None else choice.machine

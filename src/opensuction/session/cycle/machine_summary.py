@@ -11,7 +11,7 @@ from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Condu
 
 
 def teaching(prepared: Prepared) -> Teaching | None:
-    """Where the protocol's depth comes from, and how far it is from the truth."""
+    """Source of the protocol's depth, and its error."""
     if prepared.taught_mm is None:
         return None
     by_hand = prepared.resolved.choice.taught_mm is None
@@ -28,7 +28,7 @@ def plays(model: PrandtlIshlinskii) -> PlaysModel:
 
 
 def identification(prepared: Prepared) -> TransmissionModel | None:
-    """What the compensator works with, and where it is from; None for one that needs no model."""
+    """Model of the compensator and its source; None for a compensator that needs no model."""
     found, file = prepared.identification, prepared.resolved.parameter_file
     model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
     data = TransmissionModel(

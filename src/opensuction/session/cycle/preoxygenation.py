@@ -37,7 +37,7 @@ def check(chosen: str | None, rule: PassRule) -> None:
 
 
 def lead_s(loop: Loop, chosen: str | None) -> float:
-    """How long before its start a cycle has to be prepared."""
+    """Time before its start at which a cycle's preparation begins, in s."""
     return GIVEN_S if _is_given(loop, chosen) else 0.0
 
 

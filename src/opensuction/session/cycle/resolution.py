@@ -32,7 +32,7 @@ MOST_SHIFT_MM = 10.0
 
 
 class ResolvedCycle(NamedTuple):
-    """What a choice means; everything is there and fits together."""
+    """Resolved choice of a cycle: complete, and its parts fit together."""
 
     choice: CycleChoice
     """As it was made, with the faults of its set-up."""

@@ -52,7 +52,7 @@ def _before(columns: Columns) -> slice:
 
 
 def course(columns: Columns, values: npt.NDArray[np.float64], tolerance: float) -> SignCourse:
-    """How a quantity went: before, its extremes from then on, at the end, and when it was back.
+    """Course of a quantity: before, its extremes from then on, at the end, and its recovery.
 
     values: one a tick. tolerance: distance from what it was before that counts as back. ``before``
     and ``at_end`` are the least of several seconds, for some quantities breathe. ``is_back``:

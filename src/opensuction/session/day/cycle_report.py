@@ -15,7 +15,7 @@ MOST_PAGES = 48
 
 
 class CycleReport(NamedTuple):
-    """What is kept of one cycle."""
+    """Report of one cycle of a day."""
 
     file: str
     """Name of its page; empty where it has none."""

@@ -27,7 +27,7 @@ from opensuction.simulation.trace import Columns
 
 
 class Learning(NamedTuple):
-    """What self-calibration knows and has changed so far."""
+    """State of the self-calibration, and its changes so far."""
 
     identified: Calibration
     """As the laser found it."""
@@ -58,7 +58,7 @@ def learned(learning: Learning, prepared: Prepared, columns: Columns) -> Learnin
 
 
 def out_of_range(change: AdaptationChange, gap_mm: float) -> str:
-    """Why a transmission out of range ends the day, in one sentence. gap_mm: identified."""
+    """Sentence on a transmission out of range, which ends the day. gap_mm: identified."""
     sentence, limits = Condition.CALIBRATION_OUT_OF_RANGE.row.sentence, change.limits
     scale, deeper_mm = change.found
     holds = f"{limits.least:g} to {limits.most:g} is what the tip's bounds hold for"
@@ -74,7 +74,7 @@ def out_of_range(change: AdaptationChange, gap_mm: float) -> str:
 
 
 def depth_words(deeper_mm: float) -> str:
-    """How much deeper or shallower the tip lies than identified."""
+    """Depth of the tip against the identified one, in words."""
     return f"{abs(deeper_mm):.1f} mm {'shallower' if deeper_mm < 0.0 else 'deeper'}"
 
 

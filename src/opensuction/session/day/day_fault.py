@@ -109,7 +109,7 @@ class FaultyDay:
 
     @property
     def is_over(self) -> bool:
-        """Whether no further cycle can begin: no controller runs."""
+        """True once no further cycle can begin: no controller runs."""
         return self._going is not None and not self._going.is_resting
 
     def on_record(self) -> tuple[FaultRecord, ...]:

@@ -231,7 +231,7 @@ def _played(
 
 
 def _waits_for_a_person(state: LoopState, faulty: FaultyDay | None) -> bool:
-    """Whether the machine has halted, or has no controller."""
+    """True if the machine has halted, or has no controller."""
     if faulty is not None and faulty.is_over:
         return True
     return state.controller.core.procedure.phase != Phase.PARKED

@@ -62,7 +62,7 @@ def _row(cycle: DayCycle, news: CycleNews | None) -> DayCycleResult:
 
 
 def notes(day: Day) -> list[str]:
-    """What a person should know of the day, in sentences."""
+    """Notes on the day for a person, in sentences."""
     said = schedule.notes(schedule.schedule(ScheduleMode.TIMED, day.asked.every_s))
     said += attendance_notes(day)
     said += gap_notes(day)
@@ -136,7 +136,7 @@ def _gap(change: AdaptationChange | None) -> GapResult | None:
 
 
 def gap_words(change: AdaptationChange | None) -> str:
-    """What a cycle showed, to be added to a line about it."""
+    """Finding of a cycle on the gap, to be added to a line about it."""
     if change is None:
         return ""
     if change.finding == Finding.NOTHING_SEEN:
@@ -165,7 +165,7 @@ def gap_alarms(day: Day, time_s: float | None) -> tuple[AlarmRecord, ...]:
 
 
 def attendance_notes(day: Day) -> list[str]:
-    """What somebody did at the bed, without which the cycles would not have begun."""
+    """Actions at the bed without which the cycles would not have begun."""
     said = []
     given = [cycle.preoxygenation for cycle in day.cycles]
     for state in sorted(set(given) - {"not-required"}):
@@ -182,7 +182,7 @@ def attendance_notes(day: Day) -> list[str]:
 
 
 def gap_notes(day: Day) -> list[str]:
-    """What could not be used, why no further cycle began, and what to do; else nothing."""
+    """Unused measurements, the reason for which no further cycle began, and its remedy."""
     said = _unused_notes(day)
     if day.refusal is None:
         return said

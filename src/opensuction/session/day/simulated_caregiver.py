@@ -50,7 +50,7 @@ def _renew(prepared: Prepared, state: LoopState) -> LoopState:
 
 
 def lead_s(prepared: Prepared) -> float:
-    """How long before a cycle the person comes."""
+    """Time before a cycle at which the person comes, in s."""
     return preoxygenation.lead_s(prepared.loop, prepared.resolved.choice.preoxygenation)
 
 

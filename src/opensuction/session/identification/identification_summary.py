@@ -98,7 +98,7 @@ def _models(
 
 
 def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Provenance:
-    """What was identified, by what, and when."""
+    """Provenance of an identification: its recording, software and date."""
     choice, pair = loaded.choice, loaded.pair
     range_ = float(np.ptp(pair.answer))
     return Provenance(
@@ -217,7 +217,7 @@ def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datet
 
 
 def _structure(loaded: LoadedRecording, result: FittedModel) -> tuple[Structure, ...]:
-    """What the names of the parameters stand for, for each input."""
+    """Structure of the model for each input: the meaning of its parameters."""
     pair, count = loaded.pair, result.fitted_samples
     inputs = zip(loaded.choice.input, (pair.driven, *pair.others), strict=True)
     parts = [

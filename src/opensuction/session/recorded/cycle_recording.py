@@ -55,7 +55,7 @@ TICK_NS = round(DT_S * 1e9)
 
 
 class Clock(NamedTuple):
-    """When the rows of a run were."""
+    """Clock of a run's rows."""
 
     began_ns: int
     """UTC of the first row, in nanoseconds since 1970."""
@@ -67,7 +67,7 @@ class Clock(NamedTuple):
 
 
 def heading(prepared: Prepared, began_ns: int) -> Heading:
-    """What the recording of a run says of itself."""
+    """Heading of the recording of a run."""
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
     choice, equipment = prepared.resolved.choice, prepared.resolved.equipment
     return Heading(

@@ -56,7 +56,7 @@ class _Topic:
 
 
 class Choice(NamedTuple):
-    """What a person wants of a recording."""
+    """Choice of a recording, and of its columns for export."""
 
     file: Path
     form: str

@@ -15,7 +15,7 @@ BOUND, UNBOUND, UNKNOWN = "bound", "unbound", "unknown"
 
 
 class OnRecord(NamedTuple):
-    """What the records say of a file."""
+    """State of a file by the records."""
 
     state: str
     """Bound, unbound, unknown where there are no records, or the kind of its fault."""
@@ -23,12 +23,12 @@ class OnRecord(NamedTuple):
 
     @property
     def is_faulty(self) -> bool:
-        """Whether it is not what was put on record."""
+        """True if it is not what was put on record."""
         return self.state not in (BOUND, UNBOUND, UNKNOWN)
 
 
 def find(path: Path, database: str | None) -> OnRecord:
-    """What the records say of a recording.
+    """State of a recording by the records.
 
     database: see `Records.open`; None: the default one, where there is one. Raises InputError for
     a file that is the recording of something else, and where a database that was named cannot be

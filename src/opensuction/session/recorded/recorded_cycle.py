@@ -93,7 +93,7 @@ class RecordedCycle(NamedTuple):
 
     @property
     def has_truth(self) -> bool:
-        """Whether the twin wrote beside it what really happened."""
+        """True if the recording holds the twin's truth, too."""
         return any(name.startswith(TRUTH) for name in self.columns)
 
 
@@ -144,7 +144,7 @@ class _Gathered(NamedTuple):
 
 
 def _gather(path: Path) -> _Gathered:
-    """What is wanted of one file. Raises InputError."""
+    """Read the columns of one file that a report needs. Raises InputError."""
     reader = RecordingReader(path)
     try:
         names = {topic: [one.name for one in table] for topic, table in reader.tables.items()}
@@ -235,7 +235,7 @@ def _measure(columns: Columns) -> None:
 
 
 def _estimate(columns: Columns, settings: Settings) -> None:
-    """What the controller makes of it: there is no sensor at the tip, and none at the valve."""
+    """Add the controller's estimates: there is no sensor at the tip, and none at the valve."""
     bounds, valve = settings.limits.tip, settings.valve_motion
     middle_mm = 0.5 * (columns["tip.foremost_mm"] + columns["tip.rearmost_mm"])
     columns["estimate.tip_mm"] = bounds.gain * middle_mm + bounds.offset_mm

@@ -61,14 +61,14 @@ def _extreme(values: Values, highest: bool) -> float | None:
 
 
 def touched_mm(cycle: RecordedCycle) -> float | None:
-    """Where the tip was by the controller when it met the carina; None where it did not."""
+    """Depth of the tip by the controller when it met the carina; None where it did not."""
     phase = cycle.columns["phase"]
     met = np.flatnonzero(phase == Phase.BACKING_OFF)
     return float(cycle.columns["procedure.touched_mm"][met[0]]) if met.size else None
 
 
 def _target_mm(cycle: RecordedCycle) -> float | None:
-    """Where suction was meant to take place; None where that was to be felt, and was not."""
+    """Planned depth of suction; None where contact should have set it and did not."""
     plan = cycle.settings.plan
     if not plan.contact.enabled:
         return plan.motion.target_mm
@@ -195,7 +195,7 @@ Ending = tuple[Literal["completed", "aborted", "interrupted"], AbortCause | None
 
 
 def _ending(cycle: RecordedCycle) -> Ending:
-    """How it ended, and why: a recording may end before its cycle does."""
+    """Outcome and cause of the end: a recording may end before its cycle does."""
     columns = cycle.columns
     spans = trace.phase_spans(columns)
     abort = cycle_summary.abort(outcome.find_abort(columns), columns)

@@ -73,7 +73,7 @@ class ReplayResult(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Whether it came out as it was recorded, as far as the arithmetic lets it."""
+        """True if the replay equals the recording, as far as the arithmetic lets it."""
         other = self.recorded.fingerprint != self.here.fingerprint
         return not self.damaged and (self.identical or (other and self.equivalent))
 
@@ -131,7 +131,7 @@ def describe(heading: Heading) -> Json:
 
 
 def _notes(heading: Heading) -> tuple[str, ...]:
-    """What is not as it was when the recording was made."""
+    """Differences of software, arithmetic and settings since the recording was made."""
     notes = []
     if heading.software_version != __version__:
         notes.append(

@@ -13,7 +13,7 @@ from opensuction.session.recorded.recorded_cycle import RecordedCycle
 
 
 class Report(NamedTuple):
-    """What is said of a recording."""
+    """Report on a recording."""
 
     result: CycleResult
     html: str

@@ -33,14 +33,14 @@ from opensuction.settings.validation import to_mapping, validate
 
 
 class Person(NamedTuple):
-    """Who lies there, as far as it is known."""
+    """Patient at the bed, as far as known."""
 
     weight_kg: float
     tube_length_mm: float
 
 
 class Basis(NamedTuple):
-    """What settings are made from."""
+    """Basis that settings are made from."""
 
     version: int
     """Goes up by one with each change: whoever changes an older one is told so."""

@@ -37,12 +37,12 @@ class ConsoleSettings(NamedTuple):
 
     @property
     def has_tls(self) -> bool:
-        """Whether it speaks HTTPS."""
+        """True if the console uses HTTPS."""
         return self.certificate is not None
 
     @property
     def url(self) -> str:
-        """What a person types; of all addresses the name of this computer."""
+        """Address for a browser; if it listens on all of them, the name of this computer."""
         host = socket.gethostname() if self.host in ANY else self.host
         scheme = "https" if self.has_tls else "http"
         return f"{scheme}://{f'[{host}]' if ':' in host else host}:{self.port}/"
@@ -94,7 +94,7 @@ def _is_loopback(host: str) -> bool:
 
 
 def make_context(certificate: Path, key: Path) -> ssl.SSLContext:
-    """How HTTPS is spoken. Raises InputError for files that are none, or do not belong together."""
+    """TLS context for HTTPS. Raises InputError for unusable files, or where they do not match."""
     for option, file in (("--certificate", certificate), ("--key", key)):
         try:
             file.open("rb").close()

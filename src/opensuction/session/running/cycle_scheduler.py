@@ -32,7 +32,7 @@ ANSWERS_S = 1.0
 
 
 class Doing(Enum):
-    """What is going on."""
+    """State of the scheduler."""
 
     WAITING = auto()
     """For the next start."""
@@ -44,7 +44,7 @@ class Doing(Enum):
 
 
 class Now(NamedTuple):
-    """What the machine says of itself."""
+    """State of the machine by its newest row."""
 
     phase: Phase
     tick: int
@@ -67,7 +67,7 @@ _COLUMNS = [
 
 
 def _read(ring: FollowedRing) -> Now | None:
-    """What the machine says now; None where no controller does."""
+    """State of the machine by its newest row; None where no controller writes one."""
     ring.look()
     newest = None if ring.reader is None else ring.reader.snapshot()
     if newest is None:

@@ -53,7 +53,7 @@ class Running(NamedTuple):
 
     @property
     def side(self) -> MachineSide:
-        """What is played."""
+        """Simulated side of the machine."""
         return twin_machine.side_of(self.prepared.loop, self.prepared.resolved.equipment.seed)
 
     def end(self) -> None:
@@ -65,7 +65,7 @@ class Running(NamedTuple):
         _clear(self.folder, lost)
 
     def ventilate(self, full: bool) -> None:
-        """What a person does at the ventilator: 100 % oxygen, or what it was before."""
+        """Set the ventilator to 100 % oxygen as a person does, or back to what it was before."""
         side = self.side
         if full:
             machine = preset.ventilate(side.machine, preoxygenation.FULL_RATIO)
@@ -130,7 +130,7 @@ def _drop_console(folder: Path) -> None:
 
 
 def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
-    """Whether what an earlier run has begun is what is wanted now; raises InputError.
+    """Check that a machine left by an earlier run is the wanted one; raises InputError.
 
     What people have set on it since stays as they set it.
     """

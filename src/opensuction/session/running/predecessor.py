@@ -50,17 +50,17 @@ class Predecessor(NamedTuple):
 
     @property
     def rest_left_s(self) -> float:
-        """How long its patient has still to rest."""
+        """Time for which the patient still has to rest, in s."""
         return episode.pass_idle_time(self.before.kept.episode, self.before.off_s).rest_left_s
 
     @property
     def ending(self) -> str:
-        """How it ended, for a person."""
+        """Ending of the earlier run, for a person."""
         return INSIDE if self.was_inside else OUTSIDE
 
     @property
     def succession(self) -> str:
-        """What has come in its place, for a person."""
+        """Notice of the twin that has replaced it, for a person."""
         place = "inside: look at the patient" if self.was_inside else "outside"
         return (
             "Another twin has begun, and another patient with it: that of the earlier run is gone, "
@@ -83,7 +83,7 @@ def find(folder: Path) -> Predecessor | None:
 
 
 def _was_inside(folder: Path, row: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> bool:
-    """Whether the tip may have been in the airway; what nobody knows may be."""
+    """True if the tip may have been in the airway, or its place is not known."""
     try:
         text = (folder / paths.CONFIGURATION).read_text(encoding="utf-8")
         limits = configuration.from_json(text).settings.limits

@@ -47,7 +47,7 @@ _SKIPPED, _COMPUTED = (ROW_COLUMNS.index(name) for name in ("loop.skipped", "loo
 
 
 class Tally:
-    """How the control loop has kept time, from every row of it."""
+    """Timing of the control loop, from every row of it."""
 
     def __init__(self, folder: Path) -> None:
         self._ring = FollowedRing(folder / paths.RING, lambda columns: columns == ROW_COLUMNS)
@@ -71,7 +71,7 @@ class Tally:
             self._counts += np.bincount(places, minlength=COUNTED)
 
     def computed_s(self, share: float) -> float:
-        """What this share of the ticks took at most, to a microsecond; nan before the first."""
+        """Time within which this share of the ticks was computed, to 1 us; nan before the first."""
         if not self.ticks:
             return float("nan")
         place = int(np.searchsorted(np.cumsum(self._counts), share * self.ticks))
@@ -79,7 +79,7 @@ class Tally:
 
 
 class Done(NamedTuple):
-    """What a run has come to."""
+    """Result of a run."""
 
     notices: list[SupervisorNotice]
     reason: str
@@ -92,7 +92,7 @@ class Done(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """Who hears of it, as it goes."""
+    """Callbacks during a run."""
 
     tell: Callable[[str], None]
     """Takes a line."""
@@ -204,7 +204,7 @@ class RunResult(NamedTuple):
     wall_s: float
 
     def is_good(self, asked: int) -> bool:
-        """Whether as many cycles as were asked for are completed, and nothing was in the way."""
+        """True if as many cycles as asked for are completed, and nothing was in the way."""
         completed = [one for one in self.cycles if one.outcome == Outcome.COMPLETED]
         return len(completed) == len(self.cycles) >= asked and self.reason is None
 
