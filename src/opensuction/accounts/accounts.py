@@ -44,7 +44,7 @@ class Accounts:
         sign_in.sign_out(self._site, token)
 
     def find_session(self, token: str) -> Session:
-        """Whose session this is, as of now, for a request that changes nothing."""
+        """Session of a token, as of now, for a request that changes nothing."""
         return session.find(self._site, token)
 
     def check_session(self, token: str) -> Session:

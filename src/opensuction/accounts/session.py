@@ -51,7 +51,7 @@ class AccessToken(NamedTuple):
 
 
 def find(site: AccountStore, token: str, goes_on: bool = True) -> Session:
-    """Whose session this is. It goes on from now.
+    """Session of a token. It goes on from now.
 
     goes_on: false where nobody asks for anything, and an open stream only looks whether it still
     holds.

@@ -111,7 +111,7 @@ def find_name(connection: HTTPConnection) -> str | None:
 
 
 def find_session(site: ConsoleContext, connection: HTTPConnection, token: str) -> Session:
-    """Whose session this is. It goes on from now, unless a page asks by itself.
+    """Session of a token. It goes on from now, unless a page asks by itself.
 
     Raises NotSignedInError for one that is over.
     """

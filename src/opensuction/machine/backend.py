@@ -30,7 +30,7 @@ class Backend(Protocol):
         """
 
     def capabilities_of(self, folder: Path) -> Capabilities:
-        """What the machine of a folder has, whether a controller has it or not.
+        """Capabilities of the machine of a folder, attached to a controller or not.
 
         The same as its port's facts say. Raises InputError where there is none.
         """

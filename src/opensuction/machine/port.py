@@ -39,7 +39,7 @@ class Capabilities(NamedTuple):
 
     @property
     def lacking(self) -> tuple[str, ...]:
-        """What it does not have, in words."""
+        """Capabilities that it does not have, in words."""
         return tuple(WORDS[name] for name, has in self._asdict().items() if not has)
 
 
@@ -187,7 +187,7 @@ class TruthPort(Protocol):
         """The machine as it was built, before any fault. Raises InputError where nothing tells."""
 
     def read(self) -> TruthRead:
-        """What has come since the last call. Never waits."""
+        """Truth of the ticks since the last call. Never waits."""
 
     def newest(self) -> Array | None:
         """The newest row; None before the first."""

@@ -161,7 +161,7 @@ def begin(chosen: Configuration, port: Port, before: Before | None) -> State:
 
 
 def say_lacking(machine: Capabilities, chosen: Configuration) -> str:
-    """What a machine does not have, and which of it the settings go by; empty for nothing.
+    """Name what a machine lacks, and which of it the settings go by; empty for nothing.
 
     The controller starts all the same: what does not come is alarmed, as where it was lost.
     """

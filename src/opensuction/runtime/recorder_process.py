@@ -161,7 +161,7 @@ class ControllerSession:
 
 
 def _heading(ring: Mapping[str, str]) -> dict[str, str]:
-    """What a recording says of the machine that it was made on. ring: what its ring tells."""
+    """Entries of a recording on the machine that it was made on. ring: what its ring tells."""
     try:
         machine = port.read_description(ring)
     except InputError as error:  # of any machine everything is kept

@@ -89,13 +89,13 @@ def test_a_cycle_from_a_mark_is_the_cycle_from_the_start(
     )
     played, case = play(machine, room, *named)
     whole = play_whole(machine, named)
-    wholly = whole.run
+    run = whole.run
     ticks = played.run.columns["phase"].size
     assert ticks > 10_000
     for name in JUDGED:
-        for found, wanted in ((played.run.columns, wholly.columns), (played.run.sent, wholly.sent)):
+        for found, wanted in ((played.run.columns, run.columns), (played.run.sent, run.sent)):
             assert np.array_equal(found[name], wanted[name][:ticks], equal_nan=True), name
-    assert [one.at_s for one in played.run.faults] == [one.at_s for one in wholly.faults]
+    assert [one.at_s for one in played.run.faults] == [one.at_s for one in run.faults]
     full = judged_cycle.judge(1, whole)
     for name in ("faults", "commands", "breaches", "left_inside", "false_alarms"):
         assert getattr(case, name) == getattr(full, name)

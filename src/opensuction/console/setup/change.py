@@ -90,7 +90,7 @@ def made(chosen: Basis, present: Configuration) -> Configuration:
 
 
 def _about(site: ConsoleContext, change: SettingsChange) -> About:
-    """Whose machine it is then."""
+    """Description of the machine after the change."""
     found, chosen = site.about(), change.basis
     text = json.dumps(document.write(Protocol, chosen.protocol), indent=1, sort_keys=True)
     approach = APPROACHES[chosen.by_contact]

@@ -68,7 +68,7 @@ def put(site: ConsoleContext, who: Session, wanted: dict[str, Any], version: int
 
 
 def _why_fixed(told: About) -> str:
-    """Why nobody else can be chosen here."""
+    """Reason why nobody else can be chosen here."""
     return FIXED_ON_TWIN if told.machine.is_twin else FIXED
 
 

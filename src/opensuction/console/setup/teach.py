@@ -118,7 +118,7 @@ def shown(site: ConsoleContext) -> dict[str, Any]:
 
 
 def _why_not(step: Step, can: Capabilities) -> str | None:
-    """Why a machine cannot take a step; None where it can."""
+    """Reason why a machine cannot take a step; None where it can."""
     if step in HANDS and not can.simulated_hand:
         return OWN_HAND
     if step in (Step.PREPARE, Step.BEGIN) and not can.taught_by_hand:

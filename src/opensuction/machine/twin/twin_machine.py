@@ -231,7 +231,7 @@ class TwinTruth:
 
 
 def read_side(folder: Path) -> MachineSide:
-    """What the twin of a folder was begun with. Raises InputError where there is none."""
+    """Machine side that the twin of a folder was begun with. Raises InputError for none."""
     try:
         with np.load(folder / BEGUN) as begun:
             return plain_row.unpack(MachineSide, begun["side"])
@@ -253,7 +253,7 @@ def _open_shown(folder: Path) -> RingReader:
 
 
 def _capabilities(shown: RingReader) -> Capabilities:
-    """What its twin says it has; one that an older version started says nothing, and has all."""
+    """Capabilities that its twin names; one that an older version started names none, has all."""
     told = shown.facts.told.get(CAPABILITIES)
     return EVERYTHING if told is None else read_capabilities(json.loads(told))
 
