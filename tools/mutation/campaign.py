@@ -64,7 +64,7 @@ class Survivor(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What became of the mutants of a module."""
+    """Result of the mutants of a module."""
 
     module: str
     mutants: int
@@ -154,7 +154,7 @@ def prepare() -> None:
 
 
 def sound_s(target: Target) -> float:
-    """How long the tests take on the module as it is, s.
+    """Time that the tests take on the module as it is, s.
 
     Raises RuntimeError where they do not pass.
     """

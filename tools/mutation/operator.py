@@ -85,7 +85,7 @@ def _called(node: ast.Call) -> Iterator[ast.expr]:
 
 
 def _alternatives(node: ast.expr) -> Iterator[ast.expr]:
-    """What an expression can be mistaken for."""
+    """Expressions that an expression can be mistaken for."""
     match node:
         case ast.Compare():
             yield from _compared(node)

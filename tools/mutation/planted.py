@@ -142,7 +142,7 @@ def planted(fault: Fault) -> Iterator[Path]:
 
 
 def outcome(fault: Fault) -> str:
-    """What its test comes to with the fault: ``failed`` where it notices it."""
+    """Outcome of a fault's test with the fault: ``failed`` where the test notices it."""
     with planted(fault) as root:
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", fault.test]
         environment = {**os.environ, "PYTHONPATH": str(root / "src")}

@@ -45,14 +45,14 @@ class Double(NamedTuple):
 
 
 class Fact(NamedTuple):
-    """What defines an unknown that an operation has made: there is always one."""
+    """Definition of an unknown that an operation has made: there is always one."""
 
     unknown: z3.ExprRef
     holds: z3.BoolRef
 
 
 def is_finite(value: Double) -> Truth:
-    """Whether it is neither infinite nor not a number."""
+    """True where it is neither infinite nor not a number."""
     return negate(disjoin(value.nan, value.up, value.down))
 
 
@@ -97,7 +97,7 @@ class AbstractDoubles:
     # Comparisons
 
     def less(self, one: Double, other: Double) -> Truth:
-        """Whether one is less than the other; false where either is not a number."""
+        """True where one is less than the other; false where either is not a number."""
         numbers = negate(disjoin(one.nan, other.nan))
         finite = conjoin(negate(disjoin(one.up, one.down)), negate(disjoin(other.up, other.down)))
         below = disjoin(
@@ -108,7 +108,7 @@ class AbstractDoubles:
         return conjoin(numbers, below)
 
     def equal(self, one: Double, other: Double) -> Truth:
-        """Whether both are the same number."""
+        """True where both are the same number."""
         finite = conjoin(is_finite(one), is_finite(other))
         return disjoin(
             conjoin(one.up, other.up),
@@ -296,5 +296,5 @@ class AbstractDoubles:
 
 
 def _identity(part: Any) -> Any:
-    """What tells one part of an unknown from another."""
+    """Identity of one part of an unknown, to tell it from another."""
     return part.get_id() if isinstance(part, z3.ExprRef) else part

@@ -37,12 +37,12 @@ _FUNCTIONS = (min, max, abs, float, int, bool, range, math.isfinite, math.isnan)
 
 
 def is_known_function(function: Any) -> bool:
-    """Whether `call` can be asked for it."""
+    """True where `call` can be asked for it."""
     return any(function is one for one in _FUNCTIONS)
 
 
 def is_double(doubles: Doubles, value: Any) -> bool:
-    """Whether a value is a double, known or not."""
+    """True where a value is a double, known or not."""
     return isinstance(value, float | doubles.kind)
 
 

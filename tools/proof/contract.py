@@ -33,7 +33,7 @@ class Contract(NamedTuple):
 
 
 class Reliance(NamedTuple):
-    """What was relied on where contracts stood for functions."""
+    """Duties and gains where contracts stood for functions."""
 
     owed: list[Truth]
     """What the callers had to fulfil."""
@@ -44,7 +44,7 @@ class Reliance(NamedTuple):
 def prove_contract(
     contract: Contract, doubles: Doubles, translation: Translation
 ) -> tuple[Answer, Answer]:
-    """Whether it holds, and whether the function never raises where its caller keeps it.
+    """Answers to two claims: it holds; the function never raises where its caller keeps it.
 
     Raises ValueError where no caller could keep it.
     """
@@ -76,7 +76,7 @@ def rely(
 
 
 def prove_on(reliance: Reliance, doubles: Doubles, assumed: Truth, claim: Truth) -> Answer:
-    """Whether a claim follows from what is assumed and from contracts whose duties are kept.
+    """Answer to a claim from what is assumed and from contracts whose duties are kept.
 
     Each duty may rest on what the contracts called before it gave. Raises ValueError where nothing
     fulfils all of it.

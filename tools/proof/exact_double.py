@@ -29,11 +29,11 @@ class ExactDoubles:
         return z3.fpRealToFP(NEAREST, z3.ToReal(value), SORT)
 
     def less(self, one: z3.FPRef, other: z3.FPRef) -> z3.BoolRef:
-        """Whether one is less than the other."""
+        """True where one is less than the other."""
         return z3.fpLT(one, other)
 
     def equal(self, one: z3.FPRef, other: z3.FPRef) -> z3.BoolRef:
-        """Whether both are the same number; 0.0 and -0.0 are."""
+        """True where both are the same number; 0.0 and -0.0 are."""
         return z3.fpEQ(one, other)
 
     def is_finite(self, value: z3.FPRef) -> z3.BoolRef:

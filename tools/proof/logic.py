@@ -35,7 +35,7 @@ def negate(one: Truth) -> Truth:
 
 
 def conjoin(*all_of: Truth) -> Truth:
-    """Whether all hold."""
+    """True where all hold."""
     if any(one is False for one in all_of):
         return False
     open_ones = [one for one in all_of if one is not True]
@@ -45,7 +45,7 @@ def conjoin(*all_of: Truth) -> Truth:
 
 
 def disjoin(*any_of: Truth) -> Truth:
-    """Whether any holds."""
+    """True where any holds."""
     if any(one is True for one in any_of):
         return True
     open_ones = [one for one in any_of if one is not False]
@@ -67,12 +67,12 @@ def lift_truth(one: Truth) -> z3.BoolRef:
 
 
 def is_truth(value: Any) -> bool:
-    """Whether a value is a truth value, known or not."""
+    """True where a value is a truth value, known or not."""
     return isinstance(value, bool | z3.BoolRef)
 
 
 def is_whole(value: Any) -> bool:
-    """Whether a value is a whole number or a mask, known or not."""
+    """True where a value is a whole number or a mask, known or not."""
     if isinstance(value, bool):
         return False
     integer = isinstance(value, z3.ArithRef) and value.is_int()
@@ -80,7 +80,7 @@ def is_whole(value: Any) -> bool:
 
 
 def has_mask(value: Any) -> bool:
-    """Whether a whole number is, or may be, an unknown bit mask."""
+    """True where a whole number is, or may be, an unknown bit mask."""
     if isinstance(value, Choice):
         return has_mask(value.yes) or has_mask(value.no)
     return isinstance(value, z3.BitVecRef)
@@ -108,7 +108,7 @@ def as_mask(value: Any) -> z3.BitVecRef:
 
 
 def is_equal(one: Any, other: Any) -> Truth:
-    """Whether two whole numbers are the same."""
+    """True where two whole numbers are the same."""
     if isinstance(one, int) and isinstance(other, int):
         return one == other
     for chosen, compared in ((one, other), (other, one)):

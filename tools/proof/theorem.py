@@ -12,7 +12,7 @@ TIMEOUT_MS = 60_000
 
 
 class Answer(NamedTuple):
-    """What z3 has found."""
+    """Result of z3."""
 
     holds: bool
     counterexample: dict[str, str]
@@ -53,7 +53,7 @@ def needed_facts(doubles: Doubles, *terms: Truth) -> list[z3.BoolRef]:
 
 
 def prove(doubles: Doubles, assumed: Truth, claim: Truth) -> Answer:
-    """Whether a claim follows from what is assumed.
+    """Answer to a claim from what is assumed: a proof, or a counterexample.
 
     Raises TimeoutError where z3 does not know in time.
     """
@@ -84,5 +84,5 @@ def _write(value: Any) -> str:
 
 
 def is_possible(doubles: Doubles, assumed: Truth) -> bool:
-    """Whether anything fulfils what is assumed: from what nothing fulfils all follows."""
+    """True where anything fulfils what is assumed: from what nothing fulfils all follows."""
     return not prove(doubles, assumed, False).holds

@@ -22,7 +22,7 @@ Summary = Callable[..., Any]
 
 
 class Raising(NamedTuple):
-    """When a translated function raises."""
+    """Condition under which a translated function raises."""
 
     when: Truth
     what: str
@@ -165,7 +165,7 @@ class Translation:
         return self._judge(self._value(node, frame), node)
 
     def _judge(self, value: Any, node: ast.expr) -> Truth:
-        """Whether a value counts as true: a whole number does where it is not 0."""
+        """True where a value counts as true: a whole number does where it is not 0."""
         if logic.is_whole(value):
             return negate(logic.is_equal(value, 0))
         if not logic.is_truth(value):
@@ -272,5 +272,5 @@ class Translation:
 
 
 def any_raises(translation: Translation) -> z3.BoolRef:
-    """Whether anything that was run raises."""
+    """True where anything that was run raises."""
     return lift_truth(disjoin(*(one.when for one in translation.raising)))

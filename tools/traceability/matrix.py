@@ -25,7 +25,7 @@ class Mark(NamedTuple):
 
 
 class Matrix(NamedTuple):
-    """What is claimed, and what shows it."""
+    """Claims, and the tests that show them."""
 
     hazards: tuple[dict[str, Any], ...]
     requirements: dict[str, Any]
@@ -34,7 +34,7 @@ class Matrix(NamedTuple):
 
 
 def _is_requirement(call: ast.expr) -> bool:
-    """Whether an expression is a call of ``pytest.mark.requirement``."""
+    """True where an expression is a call of ``pytest.mark.requirement``."""
     return (
         isinstance(call, ast.Call)
         and isinstance(call.func, ast.Attribute)
@@ -85,7 +85,7 @@ def read(hazards: Path = HAZARDS, requirements: Path = REQUIREMENTS, tests: Path
 
 
 def gaps(found: Matrix) -> list[str]:
-    """What is missing, a line each."""
+    """Gaps in the evidence, a line each."""
     known = set(found.requirements)
     verified = {mark.requirement for mark in found.marks}
     problems = [f"requirement {name}: no test cites it" for name in sorted(known - verified)]

@@ -1,7 +1,9 @@
-"""Form of modules: a docstring that does not ask, a name of its own in its package.
+"""Form of modules: docstrings that do not ask, a name of its own in its package.
 
 A docstring's first line names the thing or says what it does: "Access rights", not "Who may do
-what". Two modules of one name in one package of `opensuction` would be mistaken for each other.
+what"; "True while the tip is inside", not "Whether the tip is inside". So does that of a function
+or class of the product and of the tools. Two modules of one name in one package of `opensuction`
+would be mistaken for each other.
 """
 
 import ast
@@ -10,11 +12,30 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
+from typing import TypeAlias
 
 from tools.traceability.matrix import ROOT
 
 PRODUCT = PurePosixPath("src/opensuction")
+TOOLS = PurePosixPath("tools")
+ROOMS_TO_REWRITE = frozenset(
+    {
+        "accounts",
+        "cli",
+        "console",
+        "evidence",
+        "library",
+        "recording",
+        "records",
+        "report",
+        "result",
+        "session",
+    }
+)
+"""Rooms of the product whose functions and classes are not looked at yet."""
 QUESTION_WORD = re.compile(r"\W*(what|whether|who|whose|whom|how|where|when|which|why)\b", re.I)
+
+_Definition: TypeAlias = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
 
 def question_word(source: str) -> str | None:
@@ -22,7 +43,24 @@ def question_word(source: str) -> str | None:
 
     source: of the module. Raises SyntaxError where it is not Python.
     """
-    found = QUESTION_WORD.match(ast.get_docstring(ast.parse(source)) or "")
+    return _question_word(ast.parse(source))
+
+
+def asking_definitions(source: str) -> list[tuple[int, str, str]]:
+    """Functions and classes whose docstring opens with a question word: line, name and word.
+
+    source: of their module. Raises SyntaxError where it is not Python.
+    """
+    found = [
+        (node.lineno, node.name, word)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, _Definition) and (word := _question_word(node)) is not None
+    ]
+    return sorted(found)
+
+
+def _question_word(node: ast.Module | _Definition) -> str | None:
+    found = QUESTION_WORD.match(ast.get_docstring(node) or "")
     return found[1] if found else None
 
 
@@ -36,14 +74,28 @@ def read(root: Path = ROOT) -> dict[str, str]:
 
 
 def problems(sources: dict[str, str]) -> list[str]:
-    """Modules whose docstring opens with a question word, or that share a name, a line each."""
+    """Docstrings that open with a question word, and modules that share a name, a line each."""
     words = {name: question_word(source) for name, source in sources.items()}
     asking = [
         f'{name}: its docstring opens with "{word}"; name the thing, or say what it does'
         for name, word in words.items()
         if word is not None
     ]
+    asking += [
+        f'{name}:{line}: the docstring of {defined} opens with "{word}"; name the thing, or say '
+        "what it does"
+        for name, source in sources.items()
+        if _is_looked_at(PurePosixPath(name))
+        for line, defined, word in asking_definitions(source)
+    ]
     return asking + _name_sharing(sources)
+
+
+def _is_looked_at(path: PurePosixPath) -> bool:
+    """True for a module whose functions and classes are held to the form."""
+    if path.is_relative_to(PRODUCT):
+        return path.relative_to(PRODUCT).parts[0] not in ROOMS_TO_REWRITE
+    return path.is_relative_to(TOOLS)
 
 
 def _name_sharing(names: Iterable[str]) -> list[str]:
