@@ -24,7 +24,7 @@ SPEAKS = 1008
 def read_machine(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
 ) -> dict[str, Any]:
-    """Machine and its holder, its patient, what a cycle will do, its limits, and the words for it."""
+    """Machine and its holder, its patient, the cycle to come, its limits, and the words for it."""
     try:
         return machine_description.tell(site.about(), site.hub.configuration().settings, site.hub)
     except InputError as error:
