@@ -57,9 +57,8 @@ class CommandObject(NamedTuple):
     never: tuple[str, ...] = ()
 
 
-SIMULATED = (("simulated", "files"), ("recorded",))
 OBJECTS = {
-    "cycle": CommandObject(CycleAndDay, *SIMULATED),
+    "cycle": CommandObject(CycleAndDay, ("simulated", "files"), ("recorded",)),
     "run": CommandObject(RunResult),
     "ask": CommandObject(Answer),
     "inject": CommandObject(InjectionResult),
@@ -72,7 +71,7 @@ OBJECTS = {
     "export": CommandObject(ExportResult),
     "safety-case": CommandObject(SafetyCaseResult),
     "trial": CommandObject(TrialResult),
-    "trial-play": CommandObject(PlayedCycle, *SIMULATED),
+    "trial-play": CommandObject(PlayedCycle, ("simulated",), ("recorded", "files")),
     "benchmark": CommandObject(BenchmarkFigures),
     "reproduce": CommandObject(ReproductionResult),
     "audit": CommandObject(AuditResult),
