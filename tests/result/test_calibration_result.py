@@ -9,8 +9,7 @@ from opensuction.result.calibration_result import (
     NoModels,
     ValidationErrors,
 )
-from opensuction.result.cycle_result import PlaysModel
-from opensuction.result.identification_result import FittedParameter
+from opensuction.result.identification_result import FittedParameter, PlaysModel
 from opensuction.result.plain import to_json
 
 REFUSED = CalibrationResult(

@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Literal, NamedTuple
 
-from opensuction.result.cycle_result import PlaysModel
-from opensuction.result.identification_result import FittedParameter
+from opensuction.result.identification_result import FittedParameter, PlaysModel
 from opensuction.result.plain import FLAT, IF_FINITE
 
 

@@ -6,6 +6,7 @@ with their units (docs/reference/results.md).
 
 from typing import Annotated, Literal, NamedTuple
 
+from opensuction.result.identification_result import TransmissionModel
 from opensuction.result.plain import FLAT, IF_KNOWN
 
 RECORDED: Literal["recorded"] = "recorded"
@@ -225,40 +226,6 @@ class Anatomy(NamedTuple):
     patient_boundary_mm: float | None
     carina_mm: float | None
     cap_mm: float | None
-
-
-class PlaysModel(NamedTuple):
-    """Plays that `prandtl-ishlinskii` and `preview` work with."""
-
-    thresholds_mm: list[float]
-    weights: list[float]
-    slope: float
-    offset_mm: float
-    curvature_per_mm: float
-    gap_mm: float
-    rmse_mm: Annotated[float | None, IF_KNOWN] = None
-    well_posed: Annotated[bool | None, IF_KNOWN] = None
-
-
-class TransmissionModel(NamedTuple):
-    """Model of the transmission that the compensator worked with, and its source."""
-
-    model: str
-    slope: float
-    velocity_gain: float
-    decay_per_mm: float
-    offset_mm: float
-    gap_mm: float
-    rmse_mm: float | None
-    well_posed: bool
-    driven_model: str | None
-    samples: int | None
-    feedforward_v_s_per_mm: float
-    friction_v: float
-    file: str | None
-    recording: str | None
-    recording_sha256: str | None
-    plays: Annotated[PlaysModel | None, IF_KNOWN] = None
 
 
 class FaultNotice(NamedTuple):

@@ -1,4 +1,4 @@
-"""Results of ``identify`` and ``compare``: fitted models with their errors, and the recording.
+"""Results of ``identify`` and ``compare``, and the model that a cycle compensated with.
 
 Field names are the keys of the JSON objects (docs/reference/results.md). A computed number is None
 where there is nothing to compute it from, or where it is not finite.
@@ -7,7 +7,7 @@ where there is nothing to compute it from, or where it is not finite.
 from collections.abc import Mapping
 from typing import Annotated, NamedTuple
 
-from opensuction.result.plain import FLAT
+from opensuction.result.plain import FLAT, IF_KNOWN
 
 
 class FittedParameter(NamedTuple):
@@ -162,3 +162,37 @@ class ComparisonResult(NamedTuple):
 
 WorkbenchResult = IdentificationResult | ComparisonResult
 """Of ``identify`` or of ``compare``."""
+
+
+class PlaysModel(NamedTuple):
+    """Plays that `prandtl-ishlinskii` and `preview` work with."""
+
+    thresholds_mm: list[float]
+    weights: list[float]
+    slope: float
+    offset_mm: float
+    curvature_per_mm: float
+    gap_mm: float
+    rmse_mm: Annotated[float | None, IF_KNOWN] = None
+    well_posed: Annotated[bool | None, IF_KNOWN] = None
+
+
+class TransmissionModel(NamedTuple):
+    """Model of the transmission that the compensator worked with, and its source."""
+
+    model: str
+    slope: float
+    velocity_gain: float
+    decay_per_mm: float
+    offset_mm: float
+    gap_mm: float
+    rmse_mm: float | None
+    well_posed: bool
+    driven_model: str | None
+    samples: int | None
+    feedforward_v_s_per_mm: float
+    friction_v: float
+    file: str | None
+    recording: str | None
+    recording_sha256: str | None
+    plays: Annotated[PlaysModel | None, IF_KNOWN] = None

@@ -3,7 +3,8 @@
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.result.cycle_result import PlaysModel, Teaching, TransmissionModel
+from opensuction.result.cycle_result import Teaching
+from opensuction.result.identification_result import PlaysModel, TransmissionModel
 from opensuction.result.plain import Json
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.settings.calibration_section import Plays, write_section
