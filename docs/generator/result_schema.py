@@ -244,7 +244,7 @@ def _name(record: Any) -> str:
 
 def _title(record: Any) -> str:
     name = (get_origin(record) or record).__name__
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
+    return "".join(f" {one}" if one.isupper() else one for one in name).strip().lower()
 
 
 def _field_words(record: type) -> dict[str, str]:

@@ -15,7 +15,7 @@ from opensuction.machine.port import NOTHING, Capabilities, MachineFacts
 from tests.controller.bedside import at_bed
 
 NAME = "bare"
-FACTS = MachineFacts(
+MACHINE_FACTS = MachineFacts(
     name=NAME,
     version="7",
     in_silico=False,
@@ -30,7 +30,7 @@ _VALID = {name: True for name in Readings._fields if name.endswith("_valid")}
 class BareMachine:
     """A `Port` to it; it obeys nothing."""
 
-    facts = FACTS
+    facts = MACHINE_FACTS
 
     def __init__(self, _: Path) -> None:
         home_mm = at_bed("neonate")[0].controller.limits.park_head_mm
@@ -54,7 +54,7 @@ class BareMachine:
 
 def capabilities_of(_: Path) -> Capabilities:
     """See `Backend.capabilities_of`."""
-    return FACTS.capabilities
+    return MACHINE_FACTS.capabilities
 
 
 def hand_of(_: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from opensuction.kernel.errors import InputError
 from opensuction.machine import port
 from opensuction.machine.port import EVERYTHING, NOTHING, WORDS, Capabilities, Description
-from tests.machine.bare_machine import FACTS
+from tests.machine.bare_machine import MACHINE_FACTS
 
 
 def read(**facts: object) -> Description:
@@ -17,14 +17,14 @@ def read(**facts: object) -> Description:
 @pytest.mark.parametrize("name", Capabilities._fields)
 def test_each_capability_is_read_as_it_was_described(name: str) -> None:
     has = NOTHING._replace(**{name: True})
-    told = {port.DESCRIPTION: port.describe(FACTS._replace(capabilities=has))}
+    told = {port.DESCRIPTION: port.describe(MACHINE_FACTS._replace(capabilities=has))}
     assert port.read_description(told) == Description(in_silico=False, capabilities=has)
     assert WORDS[name] not in has.lacking
     assert len(has.lacking) == len(Capabilities._fields) - 1
 
 
 def test_the_description_keeps_the_keys_that_it_had_and_names_the_capabilities() -> None:
-    told = json.loads(port.describe(FACTS))
+    told = json.loads(port.describe(MACHINE_FACTS))
     assert list(told) == [
         *("name", "version", "in_silico", "period_s", "watchdog_s", "most", "capabilities"),
     ]

@@ -28,7 +28,7 @@ from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import ASK, EVENTS, RING
 from tests.controller.bedside import at_bed
 from tests.machine import bare_machine
-from tests.machine.bare_machine import FACTS
+from tests.machine.bare_machine import MACHINE_FACTS
 from tests.runtime.identity import ABOUT
 
 TICKS = 600
@@ -128,7 +128,7 @@ def test_the_recorder_keeps_it_and_names_no_twin(
     [
         ({}, {"notice": NOTICE}),
         (
-            {"machine": describe(FACTS._replace(in_silico=True, capabilities=EVERYTHING))},
+            {"machine": describe(MACHINE_FACTS._replace(in_silico=True, capabilities=EVERYTHING))},
             {"notice": NOTICE},
         ),
         ({"machine": "{"}, {"disclaimer": NOT_A_DEVICE}),

@@ -12,11 +12,11 @@ from opensuction.machine.port import DESCRIPTION, EVERYTHING, NOTHING, Capabilit
 from opensuction.runtime import machine_identity
 from tests.console import written_machine
 from tests.console.served import Served, served
-from tests.machine.bare_machine import FACTS
+from tests.machine.bare_machine import MACHINE_FACTS
 
 
 def begin(folder: Path, monkeypatch: pytest.MonkeyPatch, has: Capabilities) -> Iterator[Served]:
-    told = describe(FACTS._replace(capabilities=has))
+    told = describe(MACHINE_FACTS._replace(capabilities=has))
     monkeypatch.setitem(written_machine.TOLD, DESCRIPTION, told)
     with served(folder) as made:
         about = machine_identity.read(made.site.folder)
