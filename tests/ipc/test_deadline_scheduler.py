@@ -1,16 +1,22 @@
 """Ticks come by absolute deadlines; what is missed is skipped and counted."""
 
+import json
+import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
-from opensuction.ipc.deadline_scheduler import DeadlineScheduler
+from opensuction.ipc.deadline_scheduler import PRIORITY, DeadlineScheduler
+from tests.runtime.timing import bare_loop
 
 pytestmark = pytest.mark.real_time
 
 PERIOD_NS = 2_000_000
+PATIENCE_NS = 20_000_000
+"""Of the drives: a loop that stands still for longer has lost them."""
 
 
 def test_deadlines_do_not_drift_with_the_work_between_them() -> None:
@@ -61,14 +67,75 @@ def test_what_the_kernel_does_not_grant_is_said() -> None:
     """As a user without rights: no priority, and a limit of locked memory that is too small."""
     code = (
         "import gc, os, resource\n"
-        "from opensuction.ipc.deadline_scheduler import harden\n"
+        "from opensuction.ipc.deadline_scheduler import hardened\n"
         "resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))\n"
         "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))\n"
         "if os.getuid() == 0: os.setuid(65534)\n"
-        "print(harden(), gc.isenabled())\n"
+        "with hardened() as allowed:\n"
+        "    print(allowed, gc.isenabled())\n"
     )
     run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert "scheduler='other', memory_locked=False" in run.stdout
     assert "no real-time priority (Operation not permitted)" in run.stdout
     assert "memory is not locked" in run.stdout
     assert run.stdout.endswith("False\n")
+
+
+def test_only_the_loop_itself_has_the_priority_not_what_comes_before_and_after() -> None:
+    """Locked memory takes many ticks to come, and so does the end of an interpreter."""
+    code = (
+        "import os\n"
+        "from opensuction.ipc import deadline_scheduler\n"
+        "class Libc:\n"
+        "    def mlockall(self, _):\n"
+        "        done.append('locked')\n"
+        "        return 0\n"
+        "done, deadline_scheduler._libc = [], Libc()\n"
+        "os.sched_setscheduler = lambda _, kind, param: done.append((kind, param.sched_priority))\n"
+        "try:\n"
+        "    with deadline_scheduler.hardened():\n"
+        "        done.append('loop')\n"
+        "        raise KeyError\n"
+        "except KeyError:\n"
+        "    fifo = (os.SCHED_FIFO, deadline_scheduler.PRIORITY)\n"
+        "    assert done == ['locked', fifo, 'loop', (os.SCHED_OTHER, 0)], done\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_process_that_begins_and_ends_does_not_keep_the_loop_of_another_standing(
+    tmp_path: Path,
+) -> None:
+    """Both on one core, where neither can pass by the other."""
+    if subprocess.run(["chrt", "-f", str(PRIORITY), "true"], check=False).returncode:
+        pytest.skip("no real-time priority here: nobody can keep others standing")
+    code = (
+        "import atexit, time\n"
+        "from opensuction.ipc.deadline_scheduler import hardened\n"
+        "def end():\n"
+        "    ends = time.monotonic() + 0.1\n"
+        "    while time.monotonic() < ends:\n"
+        "        pass\n"
+        "atexit.register(end)\n"
+        "memory = bytearray(1 << 29)\n"
+        "with hardened():\n"
+        "    pass\n"
+    )
+    core, told = {min(os.sched_getaffinity(0))}, tmp_path / "bare.json"
+    command = [sys.executable, bare_loop.__file__, str(told), str(PATIENCE_NS)]
+    pinned = ["taskset", "-c", str(*core)]
+    loop = subprocess.Popen([*pinned, *command])
+    try:
+        while os.sched_getscheduler(loop.pid) != os.SCHED_FIFO:
+            assert loop.poll() is None
+            time.sleep(0.01)
+        for _ in range(3):
+            subprocess.run([*pinned, sys.executable, "-c", code], check=True)
+        loop.terminate()
+        assert loop.wait(10.0) == 0
+    finally:
+        loop.kill()
+        loop.wait()
+    found = json.loads(told.read_text(encoding="utf-8"))
+    assert found["ticks"] > 10
+    assert found["missed"] == 0

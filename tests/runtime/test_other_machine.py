@@ -6,6 +6,7 @@ No process and no clock: both run here, and are told to end after so many ticks 
 import json
 import signal
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -81,7 +82,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     )
     machine_identity.write(tmp_path, about)
     ending = Ending(monkeypatch)
-    monkeypatch.setattr(control_process, "harden", lambda: Allowed("other", False, ()))
+    monkeypatch.setattr(
+        control_process, "hardened", lambda: nullcontext(Allowed("other", False, ()))
+    )
     control_process.serve(tmp_path, pace=lambda _: CountedPace(tmp_path, ending))
     return tmp_path
 

@@ -12,10 +12,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Self
 
-from opensuction.ipc.deadline_scheduler import PRIORITY, DeadlineScheduler, harden
+from opensuction.ipc.deadline_scheduler import PRIORITY, DeadlineScheduler, hardened
 from tests.stage.judge import Standstill
 
 REAL_TIME, ORDINARY = "real-time", "ordinary"
@@ -75,11 +76,13 @@ class StandstillWatch:
 def keep_deadlines(core: int, kind: str, file: Path) -> None:
     """Write down, until it is killed or orphaned, by how much each deadline was missed."""
     os.sched_setaffinity(0, {core})
-    if kind == REAL_TIME and harden().scheduler == "fifo":
-        # Above the machine's processes: that they take the core from each other is their own doing.
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY + 1))
-    pace, parent = DeadlineScheduler(PERIOD_NS[kind]), os.getppid()
-    with file.open("a", encoding="utf-8", buffering=1) as log:
+    with ExitStack() as stack:
+        if kind == REAL_TIME and stack.enter_context(hardened()).scheduler == "fifo":
+            # Above the machine's processes: that they take the core from each other is their own
+            # doing.
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY + 1))
+        pace, parent = DeadlineScheduler(PERIOD_NS[kind]), os.getppid()
+        log = stack.enter_context(file.open("a", encoding="utf-8", buffering=1))
         while os.getppid() == parent:
             due_ns = pace.deadline_ns + pace.period_ns
             pace.wait()

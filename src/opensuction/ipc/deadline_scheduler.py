@@ -8,6 +8,8 @@ import ctypes
 import gc
 import os
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple, Protocol
 
 NS_PER_S = 1_000_000_000
@@ -81,17 +83,24 @@ class Allowed(NamedTuple):
     """What it has not, each in a sentence."""
 
 
-def harden() -> Allowed:
-    """Ask for real-time priority and locked memory, and let the collector of garbage rest.
+@contextmanager
+def hardened() -> Iterator[Allowed]:
+    """Locked memory and real-time priority for a loop, with the collector of garbage at rest.
 
     Everything must have been built by then: what a loop leaves behind afterwards is freed by its
     references alone, which its memory staying flat is the proof of.
+
+    Only the loop itself has the priority: to lock memory takes some .2 s, and an interpreter with
+    machine code takes as long to end. At the priority of other machines' loops it would keep them
+    standing meanwhile.
     """
-    refusals = []
     gc.collect()
     gc.freeze()
     gc.disable()
-    scheduler = "fifo"
+    locked = _libc.mlockall(MCL_CURRENT_AND_FUTURE) == 0
+    not_locked = os.strerror(ctypes.get_errno())
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    scheduler, refusals = "fifo", []
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     except (PermissionError, OSError) as error:
@@ -100,10 +109,12 @@ def harden() -> Allowed:
             f"no real-time priority ({os.strerror(error.errno or 0)}): other work on this machine "
             "makes ticks late"
         )
-    locked = _libc.mlockall(MCL_CURRENT_AND_FUTURE) == 0
     if not locked:
-        reason = os.strerror(ctypes.get_errno())
         refusals.append(
-            f"memory is not locked ({reason}): a page that was put away makes a tick late"
+            f"memory is not locked ({not_locked}): a page that was put away makes a tick late"
         )
-    return Allowed(scheduler, locked, tuple(refusals))
+    try:
+        yield Allowed(scheduler, locked, tuple(refusals))
+    finally:
+        if scheduler == "fifo":
+            os.sched_setscheduler(0, *before)

@@ -25,7 +25,7 @@ from opensuction.controller import configuration, controller
 from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
-from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, harden
+from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, hardened
 from opensuction.ipc.event_ring import EventReader, EventWriter
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.ipc.mailbox import Mailbox
@@ -292,20 +292,20 @@ def _run(
     began: dict[str, str],
 ) -> None:
     """Tick until told to end, and what that takes. began: what is told besides as it begins."""
-    allowed = harden()
-    events.write(
-        "began",
-        0,
-        scheduler=allowed.scheduler,
-        memory_locked=str(allowed.memory_locked).lower(),
-        refusals="; ".join(allowed.refusals),
-        **began,
-    )
-    pace = begin_pace()
-    while not (ending and loop.is_resting) and len(ending) < AT_ONCE:
-        loop.stopping = bool(ending) and not loop.is_resting
-        skipped = pace.wait()
-        loop.step(pace.deadline_ns, skipped)
+    with hardened() as allowed:
+        events.write(
+            "began",
+            0,
+            scheduler=allowed.scheduler,
+            memory_locked=str(allowed.memory_locked).lower(),
+            refusals="; ".join(allowed.refusals),
+            **began,
+        )
+        pace = begin_pace()
+        while not (ending and loop.is_resting) and len(ending) < AT_ONCE:
+            loop.stopping = bool(ending) and not loop.is_resting
+            skipped = pace.wait()
+            loop.step(pace.deadline_ns, skipped)
     events.write(ENDED, loop.tick)
 
 

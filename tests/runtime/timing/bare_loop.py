@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from opensuction.ipc.deadline_scheduler import DeadlineScheduler, harden
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler, hardened
 
 LONGEST = 64
 """Bits of the longest delay in nanoseconds."""
@@ -21,11 +21,12 @@ def keep(out: Path, period_ns: int) -> None:
     ending: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
     late, ticks = [0] * LONGEST, 0
-    allowed, pace = harden(), DeadlineScheduler(period_ns)
-    while not ending:
-        pace.wait()
-        late[max(time.monotonic_ns() - pace.deadline_ns, 0).bit_length()] += 1
-        ticks += 1
+    with hardened() as allowed:
+        pace = DeadlineScheduler(period_ns)
+        while not ending:
+            pace.wait()
+            late[max(time.monotonic_ns() - pace.deadline_ns, 0).bit_length()] += 1
+            ticks += 1
     told = {
         "scheduler": allowed.scheduler,
         "ticks": ticks,

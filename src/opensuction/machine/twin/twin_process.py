@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction import __version__
-from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, harden
+from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, hardened
 from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.process_lock import ProcessLock
 from opensuction.ipc.ring import RingWriter
@@ -130,8 +130,7 @@ def serve(folder: Path) -> None:
     """Play until the process is told to end. Raises InputError where it cannot begin."""
     ending: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
-    with playing(folder) as twin:
-        harden()
+    with playing(folder) as twin, hardened():
         listener, pace = Listener(folder / COMMANDS), DeadlineScheduler(PERIOD_NS)
         while not ending:
             for _ in range(min(pace.wait(), CAUGHT_UP)):
