@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-from pydantic import TypeAdapter
-
 from opensuction.evidence.benchmark.benchmark import BenchmarkFigures, PairFigures
 from opensuction.evidence.benchmark.benchmark_page import by_plant, changes, least
 
@@ -70,11 +68,6 @@ def _changed(rows: dict[str, dict[str, PairFigures]], names: list[str]) -> list[
             found = (least(ours, name) for name in (None, *names))
             lines.append(f"| {plant} | {' | '.join(map(_cell, found))} |")
     return lines
-
-
-def read(text: str) -> BenchmarkFigures:
-    """What the command wrote. Raises ValidationError where that is something else."""
-    return TypeAdapter(BenchmarkFigures).validate_json(text)
 
 
 def markdown(found: BenchmarkFigures) -> str:

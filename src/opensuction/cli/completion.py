@@ -7,6 +7,7 @@ those rooms.
 
 from collections.abc import Callable, Iterable
 
+from opensuction.runtime import machine_button
 from opensuction.twin.fault.fault import BY_NAME
 
 MACHINES = (
@@ -61,24 +62,7 @@ COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
 PREOXYGENATION = ("confirmed", "skipped")
 FORMATS = ("csv", "parquet")
-REQUESTS = (
-    "start",
-    "identify",
-    "abort",
-    "reset",
-    "teach",
-    "confirm",
-    "home",
-    "service",
-    "changed",
-    "return-to-service",
-    "not-needed",
-    "acknowledge",
-    "audio-pause",
-    "assessed",
-    "oxygenated",
-    "oxygen-skipped",
-)
+REQUESTS = tuple(machine_button.BY_NAME)
 ACTS_ON_USERS = ("list", "add", "role", "deactivate", "reset-password")
 ROLES = ("observer", "clinician", "engineer")
 

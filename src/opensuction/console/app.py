@@ -179,4 +179,5 @@ def _add_page(app: FastAPI) -> None:
         )
         return Response(text, media_type="text/javascript")
 
+    app.include_router(request.page)
     app.mount("/", StaticFiles(directory=PAGE), name="page")

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.kernel.requests import NO_REQUESTS, STOP, Requests
 
 LARGEST = 2048
 """Bytes of a datagram; a longer one is refused."""
@@ -35,7 +35,6 @@ KEYS_KEPT = 1024
 SENDERS_KEPT = 64
 NAME_MOST = 64
 """Letters of a name or a key."""
-STOP = "abort"
 SET_PROTOCOL = "set_protocol"
 """No button: the controller shall go by other settings, which lie in a file named by the key."""
 ASKS = frozenset((*Requests._fields, SET_PROTOCOL))

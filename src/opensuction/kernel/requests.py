@@ -46,6 +46,10 @@ class Requests(NamedTuple):
     """A person decides to go without it; takes nothing back that was confirmed (PARKED only)."""
 
 
+STOP = "abort"
+"""The button that stops: it acts as long as it is held, and waits for nothing."""
+
+
 class Host(NamedTuple):
     """Reports of the process around the core on itself."""
 

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.ipc.event_ring import ProcessEvent
-from opensuction.ipc.mailbox import STOP
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.kernel.record import Array
+from opensuction.kernel.requests import STOP
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS

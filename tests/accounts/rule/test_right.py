@@ -5,14 +5,12 @@ import json
 import pytest
 
 from opensuction.accounts.rule import right
-from opensuction.accounts.rule.right import BUTTONS, RIGHTS, Right, Role, rights_of
-from opensuction.kernel.requests import Requests
+from opensuction.accounts.rule.right import RIGHTS, Right, Role, rights_of
 from opensuction.records.database.account_schema import ROLES
 
 
-def test_every_right_and_every_button_is_in_the_table() -> None:
+def test_every_right_is_in_the_table() -> None:
     assert RIGHTS.keys() == set(Right)
-    assert tuple(BUTTONS) == Requests._fields
     assert tuple(Role) == ROLES
     assert len({one.sentence for one in RIGHTS.values()}) == len(RIGHTS)
 
@@ -21,14 +19,12 @@ def test_everybody_may_stop_and_see_where_the_catheter_is() -> None:
     for role in Role:
         assert {Right.STOP, Right.SEE_BEDSIDE} <= rights_of(role, False)
     assert {Right.STOP, Right.SEE_BEDSIDE, Right.SIGN_IN} == right.ANYBODY
-    assert BUTTONS["abort"] == Right.STOP
 
 
 @pytest.mark.parametrize("is_administrator", [True, False])
 def test_only_a_clinician_starts(is_administrator: bool) -> None:
     may = {role for role in Role if Right.START in rights_of(role, is_administrator)}
     assert may == {Role.CLINICIAN}
-    assert BUTTONS["start"] == Right.START
 
 
 @pytest.mark.parametrize("changing", [Right.CHANGE_LIMITS, Right.CALIBRATE])
@@ -51,8 +47,7 @@ def test_an_observer_changes_nothing_on_the_machine() -> None:
     assert rights_of(Role.OBSERVER, False) <= harmless
 
 
-def test_what_a_program_may_have_presses_no_button() -> None:
-    assert not right.READ_ONLY & set(BUTTONS.values())
+def test_a_program_may_have_the_history() -> None:
     assert Right.SEE_HISTORY in right.READ_ONLY
 
 

@@ -24,6 +24,7 @@ from starlette.websockets import WebSocketDisconnect
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import Role
 from opensuction.console.route import alarm_signal, anatomy
+from opensuction.console.route import request as request_route
 from opensuction.report import wording
 from opensuction.safety.condition import Condition
 
@@ -208,6 +209,7 @@ def create_app(fake: FakeMachine) -> FastAPI:
     app = FastAPI(openapi_url=None)
     app.include_router(anatomy.router, prefix="/api/v1")
     app.include_router(alarm_signal.router, prefix="/api/v1")
+    app.include_router(request_route.page)
 
     @app.middleware("http")
     async def guard(request: Request, call_next: Any) -> Response:

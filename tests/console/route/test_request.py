@@ -1,5 +1,7 @@
 """Buttons: who may press which, what is answered, and what the machine has heard."""
 
+import json
+import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,11 +9,19 @@ from typing import get_args
 
 import pytest
 
-from opensuction.accounts.rule.right import BUTTONS, RIGHTS, Role
+from opensuction.accounts.rule.right import RIGHTS, Role
 from opensuction.console.guard.limits import UNHURRIED, USUAL
 from opensuction.console.route.request import Ask
-from opensuction.kernel.requests import Requests
+from opensuction.console.setup import teach
+from opensuction.kernel.requests import STOP, Requests
 from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.runtime.machine_button import (
+    BUTTONS,
+    PRESSABLE,
+    BedsideWords,
+    MachineButton,
+    PagePart,
+)
 from tests.accounts.example import ROLES
 from tests.console.served import Served, served
 from tests.console.written_machine import WrittenMachine
@@ -27,7 +37,46 @@ WHO = {role: name for name, role in ROLES.items()}
 def test_every_button_of_the_controller_is_there_but_that_of_a_new_catheter() -> None:
     """Which takes the catheter's label, and is ``PUT /catheter``."""
     buttons = {one.replace("-", "_") for one in get_args(Ask)}
-    assert buttons | {CHANGED} == set(Requests._fields) == set(BUTTONS)
+    assert buttons | {CHANGED} == set(Requests._fields)
+
+
+@pytest.mark.parametrize("button", BUTTONS, ids=lambda button: button.name)
+def test_every_button_is_pressed_by_the_interface(everybody: Served, button: MachineButton) -> None:
+    described = everybody.client().get("/api/v1/openapi.json").json()
+    asks = described["components"]["schemas"]["Pressed"]["properties"]["ask"]["enum"]
+    assert (button.name in asks) == bool(button.label)
+    assert f"/api/v1{button.path}" in described["paths"]
+    assert button.label or button.path != "/requests"
+
+
+@pytest.mark.parametrize("button", BUTTONS, ids=lambda button: button.name)
+def test_every_button_of_the_page_is_in_its_part(everybody: Served, button: MachineButton) -> None:
+    """Those of the bedside view are drawn by the table, each where it is shown and with words."""
+    assert (button.part == PagePart.BEDSIDE) == (button.words is not None)
+    if button.part is None:
+        return
+    script = everybody.client().get(f"/js/{button.part}").text
+    asked = f'"{button.name}"' if button.path == "/requests" else f'"{button.path}"'
+    assert asked in script
+    if button.path == "/teaching":
+        assert button.field in teach.BUTTONS.values()
+
+
+def test_the_bedside_view_shows_what_the_table_has_for_it(everybody: Served) -> None:
+    script = everybody.client().get(f"/js/{PagePart.BEDSIDE}").text
+    shown = set(re.findall(r'^  "([a-z-]+)": \(state\) =>', script, re.MULTILINE))
+    assert shown == {button.name for button in BUTTONS if button.part == PagePart.BEDSIDE}
+
+
+def test_the_page_takes_rights_and_words_from_the_table(everybody: Served) -> None:
+    answer = everybody.client().get("/js/machine_button.js")
+    assert answer.headers["content-type"].startswith("text/javascript")
+    told = json.loads(answer.text.removeprefix("export const BUTTONS = ").rstrip(";\n"))
+    assert list(told) == [button.name for button in BUTTONS]
+    for button in BUTTONS:
+        assert told[button.name]["right"] == button.right
+        words = told[button.name]["words"]
+        assert (None if words is None else BedsideWords(**words)) == button.words
 
 
 def test_a_new_catheter_takes_a_label(console: Served) -> None:
@@ -126,22 +175,22 @@ def test_a_stop_asks_no_database_and_still_names_who_was_seen_before(
 
 
 @pytest.mark.parametrize("role", ["observer", "clinician", "engineer", "administrator", None])
-@pytest.mark.parametrize("ask", sorted(set(BUTTONS) - {"abort", CHANGED}))
+@pytest.mark.parametrize("ask", sorted(set(PRESSABLE) - {STOP}))
 def test_each_role_presses_what_it_may_and_nothing_else(
     everybody: Served, role: str | None, ask: str
 ) -> None:
-    permission = RIGHTS[BUTTONS[ask]]
+    permission = RIGHTS[PRESSABLE[ask].right]
     own = Role.OBSERVER if role == "administrator" else role
     may = own in permission.roles or (role == "administrator" and permission.by_administrator)
     before = len(everybody.machine.pressed)
-    body = {"ask": ask.replace("_", "-"), "key": f"{role}-{ask.replace('_', '-')}-1"}
+    body = {"ask": ask, "key": f"{role}-{ask}-1"}
     if permission.needs_reason:
         body["reason"] = "a new conduit"
     with everybody.client(role) as client:
         answer = client.post(REQUESTS, json=body)
     assert answer.status_code == (200 if may else 401 if role is None else 403), answer.text
     pressed = everybody.machine.pressed[before:]
-    assert pressed == ([(ask, WHO[role or ""])] if may else [])
+    assert pressed == ([(PRESSABLE[ask].field, WHO[role or ""])] if may else [])
 
 
 @pytest.fixture(scope="module")

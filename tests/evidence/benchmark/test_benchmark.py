@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from docs.generator import benchmark_table
+from docs.generator import benchmark_columns, benchmark_table
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller import machine_profile
 from opensuction.evidence.benchmark import benchmark, benchmark_page, plant_run
@@ -35,7 +35,7 @@ SCHEME = "direct-inverse"
 """The paper's."""
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 TEXT = (DOCS / "evidence" / "2026-11-27-benchmark.json").read_text(encoding="utf-8")
-COMMITTED = benchmark_table.read(TEXT)
+COMMITTED = benchmark_columns.read(TEXT)
 
 
 def committed(plant: str, compensation: str) -> PairFigures:
@@ -163,14 +163,23 @@ def test_a_refused_pair_is_a_gap_in_the_tables_and_a_sentence() -> None:
 
 
 def test_the_committed_result_is_written_as_it_was_read() -> None:
-    assert to_json(COMMITTED) == json.loads(TEXT)
+    assert benchmark_columns.pack(COMMITTED) == TEXT
+
+
+def test_columns_keep_every_figure_of_what_the_command_writes() -> None:
+    """Refused pairs have none, and only some plants have a figure of the first seed alone."""
+    first, *others = COMMITTED.results
+    refused = first._replace(rmse_mm=None, seeds=0, refused="cap_mm: too low", disturbances={})
+    some_seeds = {"play": {"preview": 0.1}}
+    found = COMMITTED._replace(results=(refused, *others), first_seed_rmse_mm=some_seeds)
+    assert to_json(benchmark_columns.read(benchmark_columns.pack(found))) == to_json(found)
 
 
 def test_what_is_no_result_of_the_benchmark_is_not_read_as_one() -> None:
     data = json.loads(TEXT)
-    for changed in ({}, {**data, "results": [{}]}, {**data, "seeds": ["first"]}):
+    for changed in ({}, {**data, "plants": {"play": {}}}, {**data, "seeds": ["first"]}):
         with pytest.raises(ValidationError):
-            benchmark_table.read(json.dumps(changed))
+            benchmark_columns.read(json.dumps(changed))
 
 
 def test_of_two_that_are_alike_the_first_is_the_best() -> None:

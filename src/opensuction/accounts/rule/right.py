@@ -97,26 +97,6 @@ RIGHTS = {
 }
 """Every right."""
 
-BUTTONS = {
-    "start": Right.START,
-    "identify": Right.CALIBRATE,
-    "abort": Right.STOP,
-    "reset": Right.RESET,
-    "teach": Right.TEACH,
-    "confirm": Right.TEACH,
-    "home": Right.TEACH,
-    "service": Right.CHANGE_CATHETER,
-    "changed": Right.CHANGE_CATHETER,
-    "return_to_service": Right.CHANGE_CATHETER,
-    "not_needed": Right.ATTEND_PATIENT,
-    "acknowledge": Right.ATTEND_ALARMS,
-    "audio_pause": Right.ATTEND_ALARMS,
-    "assessed": Right.ATTEND_PATIENT,
-    "oxygenated": Right.ATTEND_PATIENT,
-    "oxygen_skipped": Right.ATTEND_PATIENT,
-}
-"""What each button of `kernel.requests.Requests` needs."""
-
 ANYBODY = frozenset(right for right, permission in RIGHTS.items() if permission.by_anybody)
 """What needs no sign-in."""
 MUST_CHANGE = ANYBODY | {Right.CHANGE_OWN_PASSWORD}

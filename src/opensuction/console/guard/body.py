@@ -8,10 +8,8 @@ from starlette.types import Message, Receive
 
 from opensuction.console.guard.limits import Limits
 from opensuction.console.guard.problem import Problem
+from opensuction.kernel.requests import STOP
 from opensuction.settings.wording import one_line, show
-
-STOP = "abort"
-"""The button that stops."""
 
 
 class GoneError(Exception):

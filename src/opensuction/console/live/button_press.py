@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-from opensuction.console.guard.body import STOP
 from opensuction.console.guard.problem import Problem
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row
@@ -22,8 +21,10 @@ from opensuction.ipc.mailbox import PATIENCE_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import STOP
 from opensuction.runtime import controller_request
 from opensuction.runtime.controller_request import LOOKS_S, PRESSED
+from opensuction.runtime.machine_button import BUTTONS
 from opensuction.runtime.paths import EVENTS
 
 ANSWERS_S = 0.5
@@ -31,8 +32,7 @@ ANSWERS_S = 0.5
 WRITTEN_S = 0.05
 """Within this time after an answer its row is there."""
 KEYS_KEPT = 1024
-REFUSABLE = ("start", "reset")
-"""Buttons that the core may refuse; it says so in its counters."""
+REFUSABLE = frozenset(button.field for button in BUTTONS if button.is_refusable)
 
 
 class ButtonPress(NamedTuple):

@@ -5,7 +5,6 @@ from datetime import timedelta
 from typing import Any
 
 from opensuction import __version__
-from opensuction.accounts.rule.right import BUTTONS
 from opensuction.console.live import plan_words
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row, plain
@@ -17,28 +16,11 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.records.database import utc_time
 from opensuction.report import wording
+from opensuction.runtime.machine_button import PRESSABLE
 from opensuction.runtime.machine_identity import About
 from opensuction.safety import tip_bound
 
 NOTICE = f"{NOT_A_DEVICE} In-silico: a digital twin"
-LABELS = {
-    "start": "Start",
-    "identify": "Identify",
-    "abort": "Stop",
-    "reset": "Reset",
-    "teach": "Teach the travel length",
-    "confirm": "The tip is at the carina",
-    "home": "Bring the head home",
-    "service": "Take out of service",
-    "return_to_service": "Return to service",
-    "not_needed": "Nothing to suction",
-    "acknowledge": "Acknowledge",
-    "audio_pause": "Audio pause",
-    "assessed": "Patient looked at",
-    "oxygenated": "Oxygen given",
-    "oxygen_skipped": "Skip oxygen",
-}
-"""What the buttons of `kernel.requests.Requests` say; that of a new catheter takes its label."""
 HEAD_CAP_MM = as_python(tip_bound.head_cap_mm)
 CARINA = "carina_mm"
 """Where it is expected, among what recordings say of a machine (`About.heading`)."""
@@ -90,9 +72,8 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
             "left_s": hub.state()["catheter_left_s"],
         },
         "requests": [
-            {"ask": ask.replace("_", "-"), "label": LABELS[ask], "right": str(right)}
-            for ask, right in BUTTONS.items()
-            if ask in LABELS
+            {"ask": name, "label": button.label, "right": str(button.right)}
+            for name, button in PRESSABLE.items()
         ],
         "phases": [
             {"phase": name_of(phase), **wording.phase_words(phase.name.lower())._asdict()}

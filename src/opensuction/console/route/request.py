@@ -1,42 +1,33 @@
 """People's requests to the machine: each presses a button of the controller from a page."""
 
 import asyncio
-from typing import Annotated, Any, Literal
+import json
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 from uuid import uuid4
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from opensuction.accounts.rule.right import BUTTONS, RIGHTS, Right
+from opensuction.accounts.rule.right import RIGHTS
 from opensuction.accounts.session import Session
 from opensuction.console.access import Here, allow_change, check_reason, find_name, find_turn
 from opensuction.console.guard import origin
-from opensuction.console.guard.body import STOP
 from opensuction.console.guard.problem import Problem, documented
 from opensuction.console.live.button_press import Asking, ButtonPress
 from opensuction.console.site import ConsoleContext
+from opensuction.kernel.requests import STOP
 from opensuction.records.entry import Action
+from opensuction.runtime import machine_button
 from opensuction.runtime.journal import ANYBODY
+from opensuction.runtime.machine_button import PRESSABLE, MachineButton
 
 router = APIRouter(tags=["Requests"])
+page = APIRouter(include_in_schema=False)
 NAME_MOST = 64
-Ask = Literal[
-    "start",
-    "identify",
-    "abort",
-    "reset",
-    "teach",
-    "confirm",
-    "home",
-    "service",
-    "return-to-service",
-    "not-needed",
-    "acknowledge",
-    "audio-pause",
-    "assessed",
-    "oxygenated",
-    "oxygen-skipped",
-]
+if TYPE_CHECKING:  # a list that a table gives is none for a type checker
+    Ask = str
+else:
+    Ask = Literal[tuple(PRESSABLE)]
 
 
 class Pressed(BaseModel):
@@ -86,9 +77,9 @@ async def press(request: Request, site: Here, pressed: Pressed) -> Answer:
     to stop is carried out in the order in which a session presses it; what still waits for its turn
     or for the right when a stop comes is refused.
     """
-    ask = pressed.ask.replace("-", "_")
+    button = PRESSABLE[pressed.ask]
     turn = find_turn(request)
-    if ask == STOP:
+    if button.field == STOP:
         turn.stop()
         who = find_name(request) or f"{ANYBODY} ({_peer(request)})"
     else:
@@ -96,25 +87,33 @@ async def press(request: Request, site: Here, pressed: Pressed) -> Answer:
             raise Problem(403, why)
         request.app.state.rates.check_button(_peer(request))
         await turn.wait(request.receive)
-        who = (await asyncio.to_thread(_allow, request, site, ask, pressed)).account
+        who = (await asyncio.to_thread(_allow, request, site, button, pressed)).account
         turn.check()
     asking: Asking = request.app.state.asking
-    answered = await asking.ask(ButtonPress(ask, who[:NAME_MOST], pressed.key))
+    answered = await asking.ask(ButtonPress(button.field, who[:NAME_MOST], pressed.key))
     return Answer(**answered._asdict())
+
+
+@page.get("/js/machine_button.js")
+async def list_for_page() -> Response:
+    """The table of buttons as a module of the page: nothing of it is written twice."""
+    text = f"export const BUTTONS = {json.dumps(machine_button.list_plain(), indent=2)};\n"
+    return Response(text, media_type="text/javascript")
 
 
 def _peer(request: Request) -> str:
     return "unknown" if request.client is None else request.client.host
 
 
-def _allow(request: Request, site: ConsoleContext, ask: str, pressed: Pressed) -> Session:
+def _allow(
+    request: Request, site: ConsoleContext, button: MachineButton, pressed: Pressed
+) -> Session:
     """Session of a request, if its holder may; a reason, where needed, is put on record."""
-    wanted: Right = BUTTONS[ask]
-    holder = allow_change(site, request, wanted)
-    if RIGHTS[wanted].needs_reason:
+    holder = allow_change(site, request, button.right)
+    if RIGHTS[button.right].needs_reason:
         reason = check_reason(pressed.reason)
         machine = site.about().machine
         site.records.note_machine(machine)
-        action = Action(holder.account, f"ask-{pressed.ask}", reason, machine.serial)
+        action = Action(holder.account, f"ask-{button.name}", reason, machine.serial)
         site.records.act(action, f"ask-{pressed.key}")
     return holder

@@ -7,9 +7,9 @@ from uuid import uuid4
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import Requests
 from opensuction.runtime import controller_request, paths
 from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.machine_button import BY_NAME
 from opensuction.settings.choice import choose
 
 ANSWERS_S = 1.0
@@ -37,14 +37,13 @@ def ask(name: str, request: str, who: str) -> Answer:
 
     Raises InputError for a button that there is not, and where no machine answers.
     """
-    buttons = {button.replace("_", "-"): button for button in Requests._fields}
-    button = choose(request.replace("_", "-"), buttons, "request")
+    button = choose(request.replace("_", "-"), BY_NAME, "request")
     folder, key = paths.find(name), uuid4().hex
     if not (folder / paths.EVENTS).exists():
         raise InputError(f"no machine '{name}' runs here: start one with opensuction serve")
-    verdict = controller_request.ask(folder, button, who, key, ANSWERS_S)
+    verdict = controller_request.ask(folder, button.field, who, key, ANSWERS_S)
     if verdict is not None:
-        return Answer(name, button.replace("_", "-"), who, key, verdict, _find_phase(folder))
+        return Answer(name, button.name, who, key, verdict, _find_phase(folder))
     raise InputError(f"the machine '{name}' does not answer: does its controller run?")
 
 

@@ -1,6 +1,7 @@
 // Buttons of the machine: sent to it, and what it answered.
 
 import { Refused, newKey } from "./api.js";
+import { BUTTONS } from "./machine_button.js";
 import { fill, text } from "./text.js";
 
 const PRESSED = "pressed";
@@ -20,10 +21,11 @@ export async function request(api, ask, reason) {
   }
 }
 
-/** The same of whoever has the right; null where it is nobody's who is signed in, who is asked then.
+/** The same of whoever has the button's right; null where it is nobody's who is signed in, who is asked then.
     A page that has just been loaded waits until it knows whose session it is. */
-export async function requestAs(context, right, ask) {
+export async function requestAs(context, ask) {
   const { api, session } = context;
+  const { right } = BUTTONS[ask];
   try {
     if (!session.may(right)) await api.until(session.firstLook);
   } catch (error) {

@@ -3,6 +3,7 @@
 
 import { make, mark, say, show } from "../dom.js";
 import { CONNECTING, GOOD, LOST } from "../live.js";
+import { BUTTONS } from "../machine_button.js";
 import { requestAs } from "../request.js";
 import { isLeftInside, isResting, leftInsideWords, waitsFor } from "../situation.js";
 import { fill, text } from "../text.js";
@@ -89,7 +90,7 @@ export class AlarmBar {
   }
 
   async press(ask) {
-    const told = await requestAs(this.context, "attend-alarms", ask);
+    const told = await requestAs(this.context, ask);
     if (told === null) return;
     const { refusal } = told;
     say(this.answer, refusal || "");
@@ -223,7 +224,7 @@ export class AlarmBar {
   buttons(state, link) {
     const words = text.alarm;
     const { session } = this.context;
-    const mayAttend = session.may("attend-alarms") || session.name === null;
+    const mayAttend = session.may(BUTTONS.acknowledge.right) || session.name === null;
     const isGood = link.kind === GOOD;
     const alarms = isGood ? state.alarms : [];
     show(this.more, alarms.length > 1 || this.list.isOpen);

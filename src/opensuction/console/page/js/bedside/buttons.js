@@ -1,21 +1,22 @@
 // What a person may tell the machine besides start and stop: each button is there where it means
-// something now.
+// something now. Rights and words of each are the machine's own table (js/machine_button.js).
 
 import { make, say, show } from "../dom.js";
 import { GOOD } from "../live.js";
+import { BUTTONS } from "../machine_button.js";
 import { requestAs } from "../request.js";
 import { fill, text } from "../text.js";
 
 const SAID_MS = 8000;
 
-const SHOWN = [
-  // [what is asked, right, where it means something]
-  ["reset", "reset", (state) => (state.phase === "halted" && !state.locked_out) || state.alarms.some((one) => one.latched && !one.present)],
-  ["oxygenated", "attend-patient", (state) => state.phase === "parked" && ["requested", "not-asked", "skipped"].includes(state.preoxygenation)],
-  ["oxygen-skipped", "attend-patient", (state) => state.phase === "parked" && state.preoxygenation === "requested"],
-  ["assessed", "attend-patient", (state) => isResting(state) && state.passes > 0],
-  ["not-needed", "attend-patient", (state) => state.assessment_due],
-];
+// Where each means something, in the order in which they stand.
+const SHOWN = {
+  "reset": (state) => (state.phase === "halted" && !state.locked_out) || state.alarms.some((one) => one.latched && !one.present),
+  "oxygenated": (state) => state.phase === "parked" && ["requested", "not-asked", "skipped"].includes(state.preoxygenation),
+  "oxygen-skipped": (state) => state.phase === "parked" && state.preoxygenation === "requested",
+  "assessed": (state) => isResting(state) && state.passes > 0,
+  "not-needed": (state) => state.assessment_due,
+};
 
 function isResting(state) {
   return ["parked", "halted", "out-of-service"].includes(state.phase);
@@ -24,10 +25,10 @@ function isResting(state) {
 export class Buttons {
   constructor(context) {
     this.context = context;
-    this.made = SHOWN.map(([ask, right, isShown]) => {
-      const words = text.bedside.buttons;
-      const element = make("button", { type: "button", class: "tell", "data-ask": ask, hidden: true, onclick: () => this.press(ask, right) },
-        make("span", {}, words[ask]), make("span", { class: "tell-hint" }, words[`${ask}Hint`]));
+    this.made = Object.entries(SHOWN).map(([ask, isShown]) => {
+      const { right, words } = BUTTONS[ask];
+      const element = make("button", { type: "button", class: "tell", "data-ask": ask, hidden: true, onclick: () => this.press(ask) },
+        make("span", {}, words.label), make("span", { class: "tell-hint" }, words.hint));
       return { element, right, isShown };
     });
     this.answer = make("p", { class: "tell-answer", role: "status" });
@@ -36,12 +37,12 @@ export class Buttons {
     this.element = make("div", { class: "tells" }, this.made.map((one) => one.element), this.service, this.oxygen, this.answer);
   }
 
-  async press(ask, right) {
-    const told = await requestAs(this.context, right, ask);
+  async press(ask) {
+    const told = await requestAs(this.context, ask);
     if (told === null) return;
     const { refusal } = told;
     const left_s = Math.ceil(this.context.live.state?.oxygen_left_s ?? 0) || 120;
-    say(this.answer, refusal || fill(text.bedside.done[ask], { s: left_s }));
+    say(this.answer, refusal || fill(BUTTONS[ask].words.done, { s: left_s }));
     clearTimeout(this.timer);
     this.timer = setTimeout(() => say(this.answer, ""), SAID_MS);
   }

@@ -1,0 +1,64 @@
+"""Table of the machine's buttons: all of them, each with its right, each by the command line."""
+
+from pathlib import Path
+
+import pytest
+
+from opensuction.accounts.rule import right
+from opensuction.accounts.rule.right import Right
+from opensuction.cli import completion
+from opensuction.cli.command.run_help import ASK as ASK_HELP
+from opensuction.ipc.mailbox import Mailbox
+from opensuction.kernel.requests import NO_REQUESTS, STOP, Requests
+from opensuction.runtime import controller_request, paths
+from opensuction.runtime.machine_button import BUTTONS, BY_NAME, MachineButton
+from opensuction.session.running import remote_request
+
+BY_FIELD = {button.field: button for button in BUTTONS}
+
+
+def test_every_button_of_the_controller_is_in_the_table_once() -> None:
+    assert tuple(button.field for button in BUTTONS) == Requests._fields
+    assert len(BY_NAME) == len(BUTTONS)
+
+
+def test_only_the_stop_is_anybodys() -> None:
+    assert BY_FIELD[STOP].right == Right.STOP
+    assert [one.field for one in BUTTONS if one.right in right.ANYBODY] == [STOP]
+    assert BY_FIELD["start"].right == Right.START
+
+
+def test_what_a_program_may_have_presses_no_button() -> None:
+    assert not right.READ_ONLY & {button.right for button in BUTTONS}
+
+
+@pytest.mark.parametrize("button", BUTTONS, ids=lambda button: button.name)
+@pytest.mark.parametrize("is_typed_as_recorded", [False, True])
+def test_every_button_is_pressed_by_the_command_line(
+    button: MachineButton,
+    is_typed_as_recorded: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What is typed goes down at the controller, under the name that is on record."""
+    assert button.name in completion.REQUESTS
+    assert f" {button.name}" in ASK_HELP
+    (tmp_path / paths.EVENTS).touch()
+    mailbox = Mailbox(tmp_path / paths.ASK)
+
+    def deliver(folder: Path, what: str, who: str, key: str, _: float) -> str:
+        controller_request.send(folder, what, who, key)
+        requests, (answer,) = mailbox.receive()
+        assert requests == NO_REQUESTS._replace(**{button.field: True})
+        assert answer.ask == button.field
+        return answer.verdict
+
+    monkeypatch.setattr(paths, "find", lambda _: tmp_path)
+    monkeypatch.setattr(controller_request, "ask", deliver)
+    monkeypatch.setattr(remote_request, "_find_phase", lambda _: "parked")
+    try:
+        typed = button.field if is_typed_as_recorded else button.name
+        answer = remote_request.ask("ward", typed, "Kim")
+    finally:
+        mailbox.close()
+    assert (answer.request, answer.verdict) == (button.name, "pressed")
