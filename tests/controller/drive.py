@@ -4,7 +4,6 @@ The same two halves as `opensuction.simulation.closed_loop`, with a place in bet
 read and what is driven can be falsified.
 """
 
-from collections.abc import Callable
 from enum import IntEnum
 from functools import cache
 from typing import NamedTuple
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.controller.record import Inputs
-from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
@@ -141,15 +139,27 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
     return after
 
 
-def _requester() -> Callable[[int], Requests]:
-    """What the buttons ask for, by a mask in the order of the fields."""
-    asked = ", ".join(f"pressed & {1 << bit} != 0" for bit in range(len(Requests._fields)))
-    lines = ["def ask(pressed):", f"    return Requests({asked})"]
-    ask: Callable[[int], Requests] = straight_line.define(lines, "requests", Requests=Requests)
-    return ask
-
-
-_requests = _requester()
+@compiled
+def _requests(pressed: int) -> Requests:
+    """What the buttons ask for."""
+    return Requests(
+        start=pressed & 1 != 0,
+        identify=pressed & 2 != 0,
+        abort=pressed & 4 != 0,
+        reset=pressed & 8 != 0,
+        teach=pressed & 16 != 0,
+        confirm=pressed & 32 != 0,
+        home=pressed & 64 != 0,
+        service=pressed & 128 != 0,
+        changed=pressed & 256 != 0,
+        return_to_service=pressed & 512 != 0,
+        not_needed=pressed & 1024 != 0,
+        acknowledge=pressed & 2048 != 0,
+        audio_pause=pressed & 4096 != 0,
+        assessed=pressed & 8192 != 0,
+        oxygenated=pressed & 16384 != 0,
+        oxygen_skipped=pressed & 32768 != 0,
+    )
 
 
 @compiled

@@ -44,7 +44,7 @@ def csrf_token(session_token: str) -> str:
 
 
 def is_csrf_token(session_token: str, shown: str) -> bool:
-    """True if the shown CSRF token belongs to this session token."""
+    """True for the CSRF token that `csrf_token` makes of a session's secret."""
     return hmac.compare_digest(_to_bytes(csrf_token(session_token)), _to_bytes(shown))
 
 

@@ -1,7 +1,8 @@
 """Buttons of the machine: one table, from which API, command line and page know each of them.
 
-A new button is a field of `kernel.requests.Requests`, which the core obeys, and a row here. One
-that stands on the bedside view also needs the states in which it is shown (its part of the page).
+A new button is a field of `kernel.requests.Requests`, a bit in `procedure.cycle.button`, and a row
+here. One that stands on the bedside view also needs the states in which it is shown (its part of
+the page).
 """
 
 from enum import StrEnum

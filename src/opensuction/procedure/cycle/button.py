@@ -1,49 +1,85 @@
-"""Buttons act when they are pressed, not as long as they are held.
+"""Buttons act when they are pressed, not as long as they are held."""
 
-What is done for each button is written out from the fields of `Requests`: see
-`kernel.codegen.straight_line`.
-"""
-
-from collections.abc import Callable
-
-from opensuction.kernel.codegen import straight_line
-from opensuction.kernel.requests import STOP, Requests
+from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.requests import Requests
 
 NONE = 0
 """No button is held."""
+FIELDS = Requests._fields
+(
+    START,
+    IDENTIFY,
+    ABORT,
+    RESET,
+    TEACH,
+    CONFIRM,
+    HOME,
+    SERVICE,
+    CHANGED,
+    RETURN_TO_SERVICE,
+    NOT_NEEDED,
+    ACKNOWLEDGE,
+    AUDIO_PAUSE,
+    ASSESSED,
+    OXYGENATED,
+    OXYGEN_SKIPPED,
+) = range(len(Requests._fields))
+"""Bits of the buttons, in the order of `Requests`."""
 
 
-def _holder() -> Callable[[Requests], int]:
-    """``hold(now)``: mask of the buttons that are down in this tick, bits in their order."""
-    lines = ["def hold(now):", "    mask = 0"]
-    for bit, field in enumerate(Requests._fields):
-        lines += [f"    if now.{field}:", f"        mask |= {1 << bit}"]
-    hold: Callable[[Requests], int] = straight_line.define([*lines, "    return mask"], "buttons")
-    return hold
+@compiled
+def hold(now: Requests) -> int:
+    """Mask of the buttons that are down in this tick."""
+    return (
+        flag(now.start, START)
+        | flag(now.identify, IDENTIFY)
+        | flag(now.abort, ABORT)
+        | flag(now.reset, RESET)
+        | flag(now.teach, TEACH)
+        | flag(now.confirm, CONFIRM)
+        | flag(now.home, HOME)
+        | flag(now.service, SERVICE)
+        | flag(now.changed, CHANGED)
+        | flag(now.return_to_service, RETURN_TO_SERVICE)
+        | flag(now.not_needed, NOT_NEEDED)
+        | flag(now.acknowledge, ACKNOWLEDGE)
+        | flag(now.audio_pause, AUDIO_PAUSE)
+        | flag(now.assessed, ASSESSED)
+        | flag(now.oxygenated, OXYGENATED)
+        | flag(now.oxygen_skipped, OXYGEN_SKIPPED)
+    )
 
 
-def _presser() -> Callable[[Requests, int], Requests]:
-    """``press_once(now, held)``: buttons pressed in this tick; the stop also while it is held.
+@compiled
+def _is_new(down: bool, held: int, bit: int) -> bool:
+    return down and held >> bit & 1 == 0
+
+
+@compiled
+def press_once(now: Requests, held: int) -> Requests:
+    """The buttons that were pressed in this tick; an abort also while it is held.
 
     held: mask of those that were down in the last tick. A button that sticks, or a thumb that stays
     on it, asks for one cycle, one reset, one answer.
     """
-    pressed = [
-        f"now.{field}" if field == STOP else f"now.{field} and held & {1 << bit} == 0"
-        for bit, field in enumerate(Requests._fields)
-    ]
-    press_once: Callable[[Requests, int], Requests] = straight_line.define(
-        [
-            "def press_once(now, held):",
-            f"    if held == {NONE}:",
-            "        return now",
-            f"    return Requests({', '.join(pressed)})",
-        ],
-        "buttons pressed",
-        Requests=Requests,
+    if held == NONE:
+        return now
+    return Requests(
+        start=_is_new(now.start, held, START),
+        identify=_is_new(now.identify, held, IDENTIFY),
+        abort=now.abort,
+        reset=_is_new(now.reset, held, RESET),
+        teach=_is_new(now.teach, held, TEACH),
+        confirm=_is_new(now.confirm, held, CONFIRM),
+        home=_is_new(now.home, held, HOME),
+        service=_is_new(now.service, held, SERVICE),
+        changed=_is_new(now.changed, held, CHANGED),
+        return_to_service=_is_new(now.return_to_service, held, RETURN_TO_SERVICE),
+        not_needed=_is_new(now.not_needed, held, NOT_NEEDED),
+        acknowledge=_is_new(now.acknowledge, held, ACKNOWLEDGE),
+        audio_pause=_is_new(now.audio_pause, held, AUDIO_PAUSE),
+        assessed=_is_new(now.assessed, held, ASSESSED),
+        oxygenated=_is_new(now.oxygenated, held, OXYGENATED),
+        oxygen_skipped=_is_new(now.oxygen_skipped, held, OXYGEN_SKIPPED),
     )
-    return press_once
-
-
-hold = _holder()
-press_once = _presser()
