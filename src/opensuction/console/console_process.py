@@ -5,6 +5,7 @@ as it answers; when it dies the controller goes on, tells people, and another on
 """
 
 import asyncio
+import gc
 import logging
 import signal
 import socket
@@ -138,6 +139,10 @@ def serve(folder: Path) -> None:
                 return
             with records:
                 server = make_server(create_app(_site(folder, settings, records)), context)
+                # What was built until now stays: a whole collection of garbage that went through
+                # it kept the event loop, and a stop, waiting for .3 s.
+                gc.collect()
+                gc.freeze()
                 asyncio.run(_serve(folder, server, listening, ending))
 
 
