@@ -28,7 +28,7 @@ from opensuction.safety.limits import DriveLimits, Limits
 from opensuction.safety.watch import watch
 from opensuction.safety.watch.watch_state import Watch
 from tests.proof import test_narrowing, test_number, test_transition, test_way_out
-from tools.proof import arithmetic, source
+from tools.proof import arithmetic, source, theorem
 from tools.proof.abstract_double import AbstractDoubles, Double
 from tools.proof.arithmetic import Doubles
 from tools.proof.exact_double import ExactDoubles
@@ -274,7 +274,7 @@ MISTAKES: dict[str, tuple[Callable[..., Any], str, str, Callable[[], None]]] = {
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_no_theorem(mistake: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    function, right, wrong, theorem = MISTAKES[mistake]
+    function, right, wrong, prove_it = MISTAKES[mistake]
     original = source.plain(function)
     text = textwrap.dedent(inspect.getsource(original))
     assert text.count(right) == 1
@@ -286,7 +286,7 @@ def test_a_mistake_is_no_theorem(mistake: str, monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(source, "tree_of", mislead)
     with pytest.raises(pytest.fail.Exception, match="does not hold"):
-        theorem()
+        prove_it()
 
 
 def _loops(value: float) -> float:
@@ -301,3 +301,12 @@ def test_what_is_not_known_is_not_guessed() -> None:
         Translation(doubles)._run(_loops, [doubles.free("value")], {}, True)
     with pytest.raises(NotImplementedError, match="is not known"):
         Translation(doubles).run(math.sin, doubles.free("value"))
+
+
+def test_what_takes_too_many_steps_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(theorem, "STEPS", 10_000)
+    doubles = ExactDoubles()
+    one, other = doubles.free("one"), doubles.free("other")
+    product = doubles.multiply(one, other)
+    with pytest.raises(TimeoutError, match="resource limit"):
+        theorem.prove(doubles, doubles.less(one, other), doubles.less(product, other))
