@@ -11,7 +11,7 @@ from benchmarks.conftest import Tell
 from benchmarks.timing import best_s, interleaved_s
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.controller import machine_profile
-from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.kernel.interface import NO_REQUESTS, START
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, resolution

@@ -11,8 +11,8 @@ from benchmarks.timing import best_s, is_timed
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM as FORM
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
 from opensuction.identification.estimator import modified_dahl
+from opensuction.identification.estimator.linear import squares
 from opensuction.identification.estimator.search import SEARCHES, search
-from opensuction.identification.residual import squares
 from tests.identification.plant import cosine
 
 SAMPLES = 30_000

@@ -16,22 +16,23 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from benchmarks.conftest import Component, Tell
 from benchmarks.native import layout
 from benchmarks.timing import interleaved_s
-from opensuction.control import compensation, exact_inverse, preview, servo
+from opensuction.control import backlash_inverse, compensation, preview, servo
+from opensuction.control.backlash_inverse import HeadState
 from opensuction.control.compensation import CompensationKind
-from opensuction.control.exact_inverse import HeadState
-from opensuction.control.head_path import HeadLimits
+from opensuction.control.motion_profile import HeadLimits
 from opensuction.control.preview import RunIn
 from opensuction.control.servo import Servo, ServoState
+from opensuction.evidence.benchmark import plant_run
 from opensuction.hysteresis import play_bundle, play_sum
 from opensuction.hysteresis.play_sum import PlaySum
-from opensuction.kernel import denormals
+from opensuction.kernel import arithmetic
 from opensuction.kernel.compiled import compiled
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.simulation import ideal_loop
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.twin.conduit.transmission_class import TransmissionKind
-from opensuction.twin.machine import creep, dc_axis, transmission
+from opensuction.twin.conduit.play_line import TransmissionKind
+from opensuction.twin.machine import dc_axis, transmission
+from opensuction.twin.machine import transmission as transmission_model
 from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
 
@@ -71,14 +72,14 @@ RECORDS = (Third, ThirdState, preview.Goal, preview.Ahead)
 CONSTANTS = {
     "PLAYS": play_sum.PLAYS,
     "ENGAGED_MM": play_sum.ENGAGED_MM,
-    "STEEPEST": exact_inverse.STEEPEST,
+    "STEEPEST": backlash_inverse.STEEPEST,
     "TOUCH_MM": preview.TOUCH_MM,
     "EARLY_MM": preview.EARLY_MM,
     "FOLLOWED": preview.FOLLOWED,
     "CONDUIT_PLAYS": play_bundle.PLAYS,
     "CONDUIT_OF_PLAYS": TransmissionKind.PLAYS,
-    "CREEP_MM_PER_S": creep.VELOCITY_MM_PER_S,
-    "TINY": denormals.TINY,
+    "CREEP_MM_PER_S": transmission_model.VELOCITY_MM_PER_S,
+    "TINY": arithmetic.TINY,
 }
 """Constants of the core by their names in C."""
 
@@ -137,7 +138,7 @@ def bench_cycle() -> tuple[Third, ThirdState, Array]:
         motion=machine.insertion,
         transmission=machine.transmission,
     )
-    return third, start, ideal_loop.course(settings.plan).demand
+    return third, start, plant_run.cycle_course(settings.plan).demand
 
 
 def test_a_third_of_a_tick(

@@ -7,7 +7,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s, is_timed
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs

@@ -19,8 +19,8 @@ from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import Inputs
 from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.interface import START
 from opensuction.kernel.record import Array
-from opensuction.kernel.requests import START
 from opensuction.runtime.embedded_controller import Controller
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, resolution

@@ -2,7 +2,7 @@
 
 import math
 
-from opensuction.safety.alarm.signal_value import (
+from opensuction.safety.alarm.alarm_signal import (
     EDGE_SHARE,
     HARMONIC_DB,
     HARMONICS,
@@ -18,7 +18,7 @@ from opensuction.safety.alarm.signal_value import (
     Value,
 )
 from opensuction.safety.condition import Condition
-from opensuction.safety.priority import PRIORITIES, Onset, Severity
+from opensuction.safety.handling import PRIORITIES, Onset, Severity
 
 CONDITIONS_HEADER = (
     "| no. | condition | priority | latches | delay | rises after | in planned work "

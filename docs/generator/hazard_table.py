@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from docs.generator.document import table
-from opensuction.evidence.campaign.healthy_cycle import Shows
+from opensuction.evidence.campaign.sound_machine import Shows
 from opensuction.evidence.safety_case import hazard
 from opensuction.evidence.safety_case.hazard_claim import (
     ALL,

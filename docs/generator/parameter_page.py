@@ -6,15 +6,14 @@ from typing import Any, get_args, get_type_hints
 
 from docs.generator.document import table
 from opensuction.controller import machine_profile
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.meaning import Meaning
 from opensuction.kernel.unit import unit_of
+from opensuction.kernel.vocabulary import AgeGroup, Meaning
 from opensuction.procedure.planning import clinical, guideline, protocol
-from opensuction.safety import patient_limit
-from opensuction.settings import conduit_file, transmission_choice
-from opensuction.settings.limit import describe, trim
+from opensuction.safety.limits import AGE_LIMITS, LOST_CMH2O, SOURCES, AgeLimits
+from opensuction.settings import conduit_file
+from opensuction.settings.validation import describe, trim
 from opensuction.twin import parameter, transmission_parameter
-from opensuction.twin.machine import catheter, hand
+from opensuction.twin.machine import catheter, dc_axis
 from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient import patient_airway, patient_kind
 from opensuction.twin.patient.patient_parameter import PRESETS, ROWS
@@ -135,7 +134,7 @@ def hand_table() -> str:
     """How people push the catheter when they teach the travel length."""
     rows = (
         (f"`{name}`", _cell(entry), entry.unit, _range(entry), entry.meaning, entry.source)
-        for name, entry in hand.PARAMETERS.items()
+        for name, entry in dc_axis.HAND_PARAMETERS.items()
     )
     return _table(("parameter", "value", *COLUMNS), rows)
 
@@ -172,7 +171,7 @@ def _guidelines() -> str:
 
 
 def _monitor_limits() -> str:
-    limits, hints = patient_limit.AGE_LIMITS, _hints(patient_limit.AgeLimits)
+    limits, hints = AGE_LIMITS, _hints(AgeLimits)
     ages = sorted(limits, reverse=True)
     rows = [
         [
@@ -182,12 +181,12 @@ def _monitor_limits() -> str:
             _meaning(hints[name]),
             source,
         ]
-        for name, source in patient_limit.SOURCES.items()
+        for name, source in SOURCES.items()
     ]
     header = ("limit", *(_word(age) for age in ages), "unit", "meaning", "source")
     text = (
         "What the patient monitor must show for a cycle to begin and to go on. The pressure must "
-        f"also stay above PEEP - {patient_limit.LOST_CMH2O:g} cmH2O [design]. How long each may be "
+        f"also stay above PEEP - {LOST_CMH2O:g} cmH2O [design]. How long each may be "
         "broken: [the patient](../explanations/patient.md#the-patient-monitor).\n"
     )
     return f"## Limits of the patient monitor\n\n{text}\n{_table(header, rows)}"
@@ -208,7 +207,7 @@ def twin_table() -> str:
 
 def transmission_table() -> str:
     """Classes of transmission by name; of recorded ones how well they describe their recording."""
-    rows = [[f"`{name}`", TRANSMISSIONS[name], "", "", ""] for name in transmission_choice.BUILT]
+    rows = [[f"`{name}`", TRANSMISSIONS[name], "", "", ""] for name in conduit_file.BUILT]
     for name in conduit_file.NAMES:
         shipped, (_, lost_mm) = conduit_file.load(name), conduit_file.smoothed(name)
         kind = "Preisach model" if name in conduit_file.PREISACH else "play readout"
@@ -222,7 +221,7 @@ def transmission_table() -> str:
 def transmission_parameter_table() -> str:
     """The parameters of the classes that are built, but for the machines' own."""
     rows = []
-    for chosen in transmission_choice.BUILT.values():
+    for chosen in conduit_file.BUILT.values():
         for name, entry in transmission_parameter.rows(chosen).items():
             told = (entry.unit, _range(entry), entry.meaning, entry.source)
             rows.append([f"`{name}`", f"`{chosen.name}`", _cell(entry), *told])

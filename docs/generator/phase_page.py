@@ -1,8 +1,8 @@
 """The page on phases, made from the table of transitions."""
 
 from docs.generator.phase_picture import words
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import ORDER
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.check import ORDER
 from opensuction.procedure.cycle.transition import BROKEN_OFF, NORMAL, Event
 
 Table = dict[tuple[Phase, Event], Phase]

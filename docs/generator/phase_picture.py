@@ -2,7 +2,7 @@
 
 from math import hypot
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import ACTIVE, NORMAL
 
 COLUMN, ROW, BOX_WIDTH, BOX_HEIGHT = 244, 104, 140, 34

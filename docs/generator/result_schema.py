@@ -26,8 +26,7 @@ from opensuction.result.trial_result import PlayedCycle, TrialResult
 from opensuction.session.recorded.export_run import ExportResult
 from opensuction.session.recorded.replay_run import ReplayResult, SeveralReplays
 from opensuction.session.recorded.report_run import ReportedCycle
-from opensuction.session.running.remote_request import Answer
-from opensuction.session.running.run import RunResult
+from opensuction.session.running.run import Answer, RunResult
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 ABOUT = (

@@ -3,9 +3,9 @@
 from datetime import datetime, timedelta
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.accounts.password_hash import Cost, PasswordHasher
 from opensuction.accounts.session import Session
 from opensuction.accounts.sign_in import SignedIn
+from opensuction.accounts.site import Cost, PasswordHasher
 from tests.records.example import NOON
 
 CHEAP = PasswordHasher(Cost(passes=1, memory_kib=8, lanes=1))

@@ -5,9 +5,9 @@ from datetime import timedelta
 import pytest
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.accounts.refusal import NotAllowedError, NotSignedInError
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import require
+from opensuction.accounts.site import NotAllowedError, NotSignedInError
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import Clock, begin, employ

@@ -6,15 +6,15 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.accounts.refusal import (
+from opensuction.accounts.rule import sign_in_rule
+from opensuction.accounts.rule.right import Right, Role
+from opensuction.accounts.session import Session, require
+from opensuction.accounts.site import (
     NotAllowedError,
     NotSignedInError,
     PasswordOverError,
     WrongPasswordError,
 )
-from opensuction.accounts.rule import lifetime
-from opensuction.accounts.rule.right import Right, Role
-from opensuction.accounts.session import Session, require
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import HERE, PASSWORDS, THERE, Clock, begin, employ, enter
@@ -26,7 +26,7 @@ def test_the_first_start_makes_an_administrator_who_must_change_the_password(
 ) -> None:
     made = accounts.first_start()
     assert made is not None
-    assert (made.account, made.expires_at) == ("admin", clock.at + lifetime.ONE_TIME)
+    assert (made.account, made.expires_at) == ("admin", clock.at + sign_in_rule.ONE_TIME)
     signed_in = accounts.sign_in("admin", made.one_time_password, HERE)
     assert signed_in.session.must_change_password
     require(signed_in.session, Right.STOP)

@@ -18,15 +18,15 @@ from hypothesis.stateful import (
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.directory import NewPassword
-from opensuction.accounts.refusal import (
+from opensuction.accounts.rule import sign_in_rule
+from opensuction.accounts.rule.right import MUST_CHANGE, Role, rights_of
+from opensuction.accounts.rule.sign_in_rule import ACCOUNT, DEVICE, ORIGIN, BackOff
+from opensuction.accounts.site import (
     NotSignedInError,
     PasswordOverError,
     WaitError,
     WrongPasswordError,
 )
-from opensuction.accounts.rule import back_off, lifetime
-from opensuction.accounts.rule.back_off import ACCOUNT, DEVICE, ORIGIN, BackOff
-from opensuction.accounts.rule.right import MUST_CHANGE, Role, rights_of
 from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import Attempt, Bearer
 from opensuction.records.records import Records
@@ -95,7 +95,7 @@ class Life(RuleBasedStateMachine):
                 self.over.append(token)
         self.devices = {one: at for one, at in self.devices.items() if at > now}
         self.knows = {one: at for one, at in self.knows.items() if at > now}
-        oldest = now - back_off.MEMORY
+        oldest = now - sign_in_rule.MEMORY
         self.failed = {key: one for key, one in self.failed.items() if one.last_at >= oldest}
 
     def wait_s(self, lanes: list[tuple[str, ...]]) -> float:
@@ -104,13 +104,14 @@ class Life(RuleBasedStateMachine):
             if lane in self.failed and self.failed[lane].last_at > self.clock.at:
                 self.failed[lane] = self.failed[lane]._replace(last_at=self.clock.at)
         return max(
-            back_off.wait_s(RULES[lane[0]], self.failed.get(lane), self.clock.at) for lane in lanes
+            sign_in_rule.wait_s(RULES[lane[0]], self.failed.get(lane), self.clock.at)
+            for lane in lanes
         )
 
     def charge(self, lanes: list[tuple[str, ...]]) -> None:
         for lane in lanes:
             before = self.failed.get(lane, Attempt(0, self.clock.at))
-            is_forgotten = self.clock.at - before.last_at >= back_off.MEMORY
+            is_forgotten = self.clock.at - before.last_at >= sign_in_rule.MEMORY
             self.failed[lane] = Attempt(1 if is_forgotten else before.failures + 1, self.clock.at)
 
     def forgive(self, lanes: list[tuple[str, ...]]) -> None:
@@ -169,15 +170,15 @@ class Life(RuleBasedStateMachine):
             self.used.add(name)
         assert (given.device_token == shown) == (shown in self.devices)
         now = self.clock.at
-        self.devices[given.device_token] = now + lifetime.DEVICE
-        self.knows[given.device_token, name] = now + lifetime.DEVICE
-        bearer = Bearer("", "session", name, None, now, now, now + lifetime.ABSOLUTE)
+        self.devices[given.device_token] = now + sign_in_rule.KNOWN_DEVICE
+        self.knows[given.device_token, name] = now + sign_in_rule.KNOWN_DEVICE
+        bearer = Bearer("", "session", name, None, now, now, now + sign_in_rule.ABSOLUTE)
         self.sessions[given.session_token] = bearer
 
     def find(self, token: str) -> bool:
         """Whether a session holds; it goes on if so."""
         bearer = self.sessions.get(token)
-        if bearer is None or lifetime.has_ended(bearer, self.clock.at):
+        if bearer is None or sign_in_rule.has_ended(bearer, self.clock.at):
             with pytest.raises(NotSignedInError):
                 self.accounts.find_session(token)
             return False
@@ -190,7 +191,7 @@ class Life(RuleBasedStateMachine):
         assert session.is_administrator == is_administrator
         assert session.must_change_password == is_one_time
         assert session.rights == (rights & MUST_CHANGE if is_one_time else rights)
-        if abs(self.clock.at - bearer.seen_at) >= lifetime.GRAIN:
+        if abs(self.clock.at - bearer.seen_at) >= sign_in_rule.GRAIN:
             self.sessions[token] = bearer._replace(seen_at=self.clock.at)
         return True
 

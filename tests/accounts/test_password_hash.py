@@ -8,8 +8,7 @@ import argon2
 import pytest
 from argon2.exceptions import HashingError
 
-from opensuction.accounts.password_hash import COST, Cost, PasswordHasher
-from opensuction.accounts.refusal import BusyError
+from opensuction.accounts.site import COST, BusyError, Cost, PasswordHasher
 from tests.accounts.example import CHEAP
 
 PASSWORD = "velvet tractor hums quietly"

@@ -8,19 +8,20 @@ import argon2
 import pytest
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.accounts.password_hash import Cost, PasswordHasher
-from opensuction.accounts.refusal import (
+from opensuction.accounts.rule import sign_in_rule
+from opensuction.accounts.rule.right import Right
+from opensuction.accounts.rule.sign_in_rule import ACCOUNT, ORIGIN
+from opensuction.accounts.session import require
+from opensuction.accounts.site import (
     BusyError,
+    Cost,
     NotAllowedError,
     NotSignedInError,
+    PasswordHasher,
     RefusedError,
     WaitError,
     WrongPasswordError,
 )
-from opensuction.accounts.rule import lifetime
-from opensuction.accounts.rule.back_off import ACCOUNT, ORIGIN
-from opensuction.accounts.rule.right import Right
-from opensuction.accounts.session import require
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import CHEAP, HERE, PASSWORDS, THERE, Clock, begin, employ
@@ -44,7 +45,7 @@ def test_who_signs_in_may_what_the_role_may(accounts: Accounts, clock: Clock) ->
     session = accounts.find_session(signed_in.session_token)
     assert session == signed_in.session
     assert (session.account, session.role, session.is_administrator) == ("anna", "clinician", False)
-    assert session.ends_at == clock.at + lifetime.IDLE
+    assert session.ends_at == clock.at + sign_in_rule.IDLE
     require(session, Right.START)
     require(session, Right.STOP)
     with pytest.raises(NotAllowedError, match="anna may not: Change limits"):

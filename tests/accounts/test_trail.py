@@ -7,7 +7,7 @@ from sqlalchemy import select, text
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.kernel.errors import InputError
-from opensuction.records.database import account_schema, schema
+from opensuction.records.database import schema
 from opensuction.records.records import Records
 from tests.accounts.example import HERE, PASSWORDS, THERE, Clock, begin, employ
 from tests.records.example import unguarded
@@ -85,14 +85,14 @@ def test_every_act_is_on_record_with_who_did_it(
 def test_no_secret_is_kept_anywhere(accounts: Accounts, records: Records, clock: Clock) -> None:
     secrets = live(accounts, clock)
     with records.database.reading() as connection:
-        tables = (*schema.KEPT, account_schema.credential, account_schema.bearer)
-        for table in (*tables, account_schema.attempt):
+        tables = (*schema.KEPT, schema.credential, schema.bearer)
+        for table in (*tables, schema.attempt):
             kept = str(connection.execute(select(table)).all())
             for one in secrets:
                 assert one not in kept, table.name
         digests = [
-            *connection.execute(select(account_schema.bearer.c.digest)).scalars(),
-            *connection.execute(select(account_schema.credential.c.password_hash)).scalars(),
+            *connection.execute(select(schema.bearer.c.digest)).scalars(),
+            *connection.execute(select(schema.credential.c.password_hash)).scalars(),
         ]
         trail = str(connection.execute(select(schema.audit.c.entry)).all())
     assert len(digests) > 3

@@ -8,16 +8,14 @@ from opensuction.accounts.rule.right import Role
 from opensuction.cli import completion
 from opensuction.cli.command.users import ACTS
 from opensuction.control.compensation import KIND_OF_NAME
-from opensuction.evidence.trial.cohort import COHORTS
-from opensuction.evidence.trial.draw import FAULT_COUNTS
+from opensuction.evidence.trial.draw import COHORTS, FAULT_COUNTS
 from opensuction.identification.judgement.recommendation import PURPOSES
-from opensuction.identification.method import METHODS, MODELS
-from opensuction.kernel.requests import Requests
+from opensuction.identification.workbench import METHODS, MODELS
+from opensuction.kernel.interface import Requests
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
-from opensuction.session.cycle.preoxygenation import ANSWERS
-from opensuction.session.cycle.resolution import APPROACHES
-from opensuction.settings import transmission_choice
+from opensuction.session.cycle.resolution import ANSWERS, APPROACHES
+from opensuction.settings import conduit_file
 from opensuction.twin import preset
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -41,7 +39,7 @@ def completed(
 @pytest.mark.parametrize(
     ("names", "known"),
     [
-        (completion.MACHINES, [*preset.MACHINE_TABLES, *transmission_choice.MACHINES]),
+        (completion.MACHINES, [*preset.MACHINE_TABLES, *conduit_file.MACHINES]),
         (completion.PROTOCOLS, {**TEMPLATES, **PROTOCOLS}),
         (completion.PATIENTS, PATIENT_TABLES),
         (completion.REQUESTS, [name.replace("_", "-") for name in Requests._fields]),

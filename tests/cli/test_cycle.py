@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from opensuction.procedure.cycle.check_item import ORDER
+from opensuction.procedure.cycle.check import ORDER
 from opensuction.procedure.planning.protocol import PAPER
 from tests.cli.command import Ran, opensuction
 

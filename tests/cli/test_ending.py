@@ -11,7 +11,7 @@ from unittest import mock
 
 import pytest
 
-from opensuction.cli import interruption, output_folder
+from opensuction.cli import delivery, interruption
 from opensuction.cli.command import run
 from opensuction.cli.interruption import Stopped
 from opensuction.runtime import supervisor
@@ -142,8 +142,8 @@ def test_the_folder_is_put_in_place_whole_before_a_signal_is_heard(tmp_path: Pat
         done.append("after the signal")
 
     def break_off(folder: Path) -> None:
-        with output_folder.stage(folder, force=False) as staging:
-            output_folder.write(staging, {"half.txt": "half"})
+        with delivery.stage(folder, force=False) as staging:
+            delivery.write(staging, {"half.txt": "half"})
             os.kill(os.getpid(), signal.SIGTERM)
 
     with interruption.hear():

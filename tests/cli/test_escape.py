@@ -16,8 +16,8 @@ from rich.text import Text
 from opensuction.cli import app, entry
 from opensuction.cli.command.identify import IdentifyOptions
 from opensuction.cli.progress import PlainConsole, ProgressTeller
-from opensuction.recording.cycle_file import heading
-from opensuction.recording.cycle_file.heading import Heading
+from opensuction.recording.cycle_file import frame
+from opensuction.recording.cycle_file.frame import Heading
 from tests.cli.command import opensuction, opensuction_process
 from tests.cli.test_identify import motion
 
@@ -174,7 +174,7 @@ def test_an_unknown_column_lists_the_others_in_plain_letters(tmp_path: Path) -> 
 def test_a_heading_takes_the_name_of_any_file() -> None:
     about = {"machine": "m\udcff.toml", "patient": "Höhe.toml", "protocol": "a\x1b[1m"}
     made = Heading("0.1.0", "{}", "a", "b", 1, about)
-    read = heading.from_metadata("a.mcap", heading.to_metadata(made))
+    read = frame.from_metadata("a.mcap", frame.to_metadata(made))
     assert read.about == {**about, "machine": r"m\udcff.toml"}
 
 

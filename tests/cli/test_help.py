@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.cli.app import COMMANDS
-from opensuction.identification.method import METHODS, MODELS
+from opensuction.identification.workbench import METHODS, MODELS
 from opensuction.twin.fault.fault import BY_NAME
 from tests.cli.command import opensuction
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from opensuction.cli import delivery, interruption, output_folder
+from opensuction.cli import delivery, interruption
 from opensuction.cli.delivery import CommandResult, OutputChoice
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
@@ -20,7 +20,7 @@ from opensuction.kernel.errors import InputError
 def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The current folder is empty, and all that happens does in one second."""
     instant = SimpleNamespace(now=lambda tz: datetime(2026, 1, 2, 3, 4, 5, tzinfo=tz))
-    monkeypatch.setattr(output_folder, "datetime", instant)
+    monkeypatch.setattr(delivery, "datetime", instant)
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
 
@@ -47,7 +47,7 @@ def test_a_file_in_the_way_is_named_and_kept(tmp_path: Path, below: str, force: 
     file = tmp_path / "kept"
     file.write_text("mine")
     with pytest.raises(InputError, match="is a file; name a folder") as refused:
-        output_folder.check(file / below, force)
+        delivery.check(file / below, force)
     assert str(file) in str(refused.value)
     assert file.read_text() == "mine"
 
@@ -55,9 +55,9 @@ def test_a_file_in_the_way_is_named_and_kept(tmp_path: Path, below: str, force: 
 def test_what_a_folder_holds_is_replaced_only_with_force(tmp_path: Path) -> None:
     (tmp_path / "report.html").write_text("older")
     with pytest.raises(InputError, match="is not empty; name another one or add --force"):
-        output_folder.check(tmp_path, force=False)
-    output_folder.check(tmp_path, force=True)
-    output_folder.check(tmp_path / "new", force=False)
+        delivery.check(tmp_path, force=False)
+    delivery.check(tmp_path, force=True)
+    delivery.check(tmp_path / "new", force=False)
     assert (tmp_path / "report.html").read_text() == "older"
 
 
@@ -70,7 +70,7 @@ def test_commands_of_the_same_second_have_a_folder_each() -> None:
 
     assert deliver(None, "1", second) == 0
     first = "20260102T030405Z-cycle"
-    assert {one.name: content(one) for one in output_folder.RUNS.iterdir()} == {
+    assert {one.name: content(one) for one in delivery.RUNS.iterdir()} == {
         first: {"result.txt": "1"},
         f"{first}-2": {"result.txt": "2"},
         f"{first}-3": {"result.txt": "3"},
@@ -80,9 +80,7 @@ def test_commands_of_the_same_second_have_a_folder_each() -> None:
 @pytest.mark.parametrize("private", [False, True])
 def test_a_folder_is_there_as_soon_as_it_is_chosen(private: bool) -> None:
     with ExitStack() as stack:
-        folders = [
-            stack.enter_context(output_folder.reserve(None, "twin", private)) for _ in range(4)
-        ]
+        folders = [stack.enter_context(delivery.reserve(None, "twin", private)) for _ in range(4)]
         assert [one.name for one in folders] == [
             f"20260102T030405Z-twin{end}" for end in ("", "-2", "-3", "-4")
         ]
@@ -128,7 +126,7 @@ def test_what_fails_leaves_no_folder(out: Path | None, failure: BaseException) -
 @pytest.mark.parametrize("out", [None, Path("new/below")], ids=str)
 def test_a_machine_that_does_not_begin_leaves_no_folder(out: Path | None) -> None:
     def fail() -> None:
-        with output_folder.reserve(out, "twin", private=True) as folder:
+        with delivery.reserve(out, "twin", private=True) as folder:
             assert folder.stat().st_mode & 0o777 == 0o700
             raise InputError("bad")
 
@@ -139,8 +137,8 @@ def test_a_machine_that_does_not_begin_leaves_no_folder(out: Path | None) -> Non
 
 def test_machines_may_record_into_one_folder() -> None:
     with (
-        output_folder.reserve(Path("given"), "a", private=True) as first,
-        output_folder.reserve(Path("given"), "b", private=True) as second,
+        delivery.reserve(Path("given"), "a", private=True) as first,
+        delivery.reserve(Path("given"), "b", private=True) as second,
     ):
         assert first == second == Path("given")
 
@@ -150,12 +148,12 @@ def test_what_fails_leaves_the_folders_of_others(out: Path | None) -> None:
     Path("given").mkdir()
 
     def fail() -> None:
-        (out or output_folder.RUNS).joinpath("theirs.txt").write_text("theirs")
+        (out or delivery.RUNS).joinpath("theirs.txt").write_text("theirs")
         raise InputError("bad")
 
     with pytest.raises(InputError, match="bad"):
         deliver(out, "1", fail)
-    assert content(out or output_folder.RUNS) == {"theirs.txt": "theirs"}
+    assert content(out or delivery.RUNS) == {"theirs.txt": "theirs"}
     assert Path("given").is_dir()
 
 
@@ -255,6 +253,6 @@ def test_a_signal_while_results_are_put_in_place_says_where_they_are(
 
 
 def test_letters_that_utf_8_lacks_are_written_as_escapes(tmp_path: Path) -> None:
-    output_folder.write(tmp_path, {"a.txt": "n\udcff µ\n", "b.bin": b"\xff"})
+    delivery.write(tmp_path, {"a.txt": "n\udcff µ\n", "b.bin": b"\xff"})
     assert (tmp_path / "a.txt").read_text(encoding="utf-8") == "n\\udcff µ\n"
     assert (tmp_path / "b.bin").read_bytes() == b"\xff"

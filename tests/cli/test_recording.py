@@ -12,9 +12,8 @@ import pyarrow.parquet
 import pytest
 
 from opensuction.kernel import arithmetic_fingerprint
-from opensuction.recording.cycle_file import extent
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.recording.cycle_file import frame
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.records.entry import BoundFile
 from opensuction.records.records import Records
@@ -325,7 +324,7 @@ def bound(recording: Path) -> Path:
         for name in (NAME, OTHER):
             cycle = records.begin_cycle(start()._replace(recording=name))
             records.end_cycle(cycle, COMPLETED)
-        (found,) = extent.measure(path)
+        (found,) = frame.measure(path)
         file = BoundFile(NAME, NAME, 1, str(path.parent), *found, is_closed=True)
         records.bind_recording(MACHINE, file)
         digest = "0f" * 32

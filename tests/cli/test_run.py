@@ -14,10 +14,10 @@ import pytest
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.console import console_process
-from opensuction.ipc.process_lock import holder
+from opensuction.ipc.heartbeat import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records
 from opensuction.runtime import paths

@@ -9,10 +9,10 @@ from typing import Any, NoReturn
 
 import pytest
 
-from opensuction.cli import interruption, output_folder
+from opensuction.cli import delivery, interruption
 from opensuction.evidence import worker_pool
-from opensuction.evidence.trial import draw, part, trial_log
-from opensuction.evidence.trial.part import Part, PlayedPart
+from opensuction.evidence.trial import draw, trial
+from opensuction.evidence.trial.trial import Part, PlayedPart
 from opensuction.oracle.harm import Harm
 from opensuction.twin.fault.fault import Fault
 from tests.cli.command import begun, opensuction, wait_for
@@ -61,7 +61,7 @@ def invent(monkeypatch: pytest.MonkeyPatch, *cases: Any) -> None:
             chosen = tuple(one for one in cases if one.number in numbers)
             rest[1](number, PlayedPart(task.machine, chosen, ()))
 
-    monkeypatch.setattr(part, "warm_up", lambda _: None)
+    monkeypatch.setattr(trial, "warm_up", lambda _: None)
     monkeypatch.setattr(worker_pool, "spread", spread)
 
 
@@ -168,18 +168,18 @@ def test_a_full_disk_is_one_line_and_keeps_what_is_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     invent(monkeypatch, case(1), case(2))
-    keep = trial_log.keep
+    keep = trial.keep
 
     def fill(folder: Path, played: PlayedPart) -> None:
         if played.machine:
-            raise OSError(errno.ENOSPC, "No space left on device", str(folder / trial_log.NAME))
+            raise OSError(errno.ENOSPC, "No space left on device", str(folder / trial.NAME))
         keep(folder, played)
 
     def leave(status: int, line: str) -> NoReturn:
         sys.stderr.write(f"opensuction: {line}\n")
         raise SystemExit(status)
 
-    monkeypatch.setattr(trial_log, "keep", fill)
+    monkeypatch.setattr(trial, "keep", fill)
     monkeypatch.setattr(interruption, "leave", leave)  # which would end the tests
     done = opensuction(*FEW, "--out", "t", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (74, "")
@@ -187,7 +187,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_is_done(
         "opensuction: t/trial-parts.jsonl: no space left on device; 1 of 2 cycles are kept; go on "
         "with: opensuction trial --resume --out t"
     )
-    monkeypatch.setattr(trial_log, "keep", keep)
+    monkeypatch.setattr(trial, "keep", keep)
     done = opensuction("trial", "--resume", "--out", "t", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert names(tmp_path / "t") == WRITTEN
@@ -200,7 +200,7 @@ def test_who_goes_on_and_is_stopped_at_once_loses_nothing(
     """While the core is compiled, or, where no cycle is left, while its page is written."""
     invent(monkeypatch, case(1), case(2))
     assert opensuction(*FEW, "--out", "t", cwd=tmp_path).returncode == 0
-    log = tmp_path / "t" / trial_log.NAME
+    log = tmp_path / "t" / trial.NAME
     kept = b"".join(log.read_bytes().splitlines(keepends=True)[: 1 + left])
     log.write_bytes(kept)
 
@@ -211,8 +211,8 @@ def test_who_goes_on_and_is_stopped_at_once_loses_nothing(
         sys.stderr.write(f"opensuction: {line}\n")
         raise SystemExit(status)
 
-    monkeypatch.setattr(part, "warm_up", stop)
-    monkeypatch.setattr(output_folder, "write", stop)
+    monkeypatch.setattr(trial, "warm_up", stop)
+    monkeypatch.setattr(delivery, "write", stop)
     monkeypatch.setattr(interruption, "leave", leave)  # which would end the tests
     done = opensuction("trial", "--resume", "--out", "t", cwd=tmp_path)
     assert done.returncode == 143
@@ -230,12 +230,12 @@ def test_two_commands_never_play_one_trial(
     def meanwhile(_: object) -> None:
         said.append(opensuction(*arguments, "--out", "t", cwd=tmp_path))
 
-    monkeypatch.setattr(part, "warm_up", meanwhile)
+    monkeypatch.setattr(trial, "warm_up", meanwhile)
     assert opensuction(*FEW, "--out", "t", cwd=tmp_path).returncode == 0
     (second,) = said
     assert (second.returncode, second.stderr.count("\n")) == (2, 1)
     assert "--out t: another command writes into it" in second.stderr
-    assert set(trial_log.read(tmp_path / "t").parts) == {0, 1}
+    assert set(trial.read(tmp_path / "t").parts) == {0, 1}
 
 
 def test_processes_that_die_again_and_again_leave_what_is_done(
@@ -245,7 +245,7 @@ def test_processes_that_die_again_and_again_leave_what_is_done(
         rest[1](0, PlayedPart(tasks[0].machine, (case(1),), ()))
         raise worker_pool.WorkerLostError("3 processes died over the same task")
 
-    monkeypatch.setattr(part, "warm_up", lambda _: None)
+    monkeypatch.setattr(trial, "warm_up", lambda _: None)
     monkeypatch.setattr(worker_pool, "spread", spread)
     done = opensuction(*FEW, "--json", "--out", "t", cwd=tmp_path)
     assert done.returncode == 1
@@ -261,7 +261,7 @@ def test_processes_that_die_over_the_first_cycles_leave_nothing(
     def spread(*_: Any) -> None:
         raise worker_pool.WorkerLostError("3 processes died over the same task")
 
-    monkeypatch.setattr(part, "warm_up", lambda _: None)
+    monkeypatch.setattr(trial, "warm_up", lambda _: None)
     monkeypatch.setattr(worker_pool, "spread", spread)
     done = opensuction(*FEW, "--json", "--out", "t", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
@@ -326,11 +326,11 @@ def test_another_trial_is_not_gone_on_with(
 ) -> None:
     invent(monkeypatch, case(1), case(2))
     assert opensuction(*FEW, "--out", "t", cwd=tmp_path).returncode == 0
-    before = (tmp_path / "t" / trial_log.NAME).read_bytes()
+    before = (tmp_path / "t" / trial.NAME).read_bytes()
     done = opensuction("trial", "--resume", "--out", "t", *arguments, cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert words in done.stderr
-    assert (tmp_path / "t" / trial_log.NAME).read_bytes() == before
+    assert (tmp_path / "t" / trial.NAME).read_bytes() == before
 
 
 def test_a_trial_of_other_sources_is_not_gone_on_with(
@@ -338,7 +338,7 @@ def test_a_trial_of_other_sources_is_not_gone_on_with(
 ) -> None:
     invent(monkeypatch, case(1), case(2))
     assert opensuction(*FEW, "--out", "t", cwd=tmp_path).returncode == 0
-    monkeypatch.setattr(trial_log, "hash_sources", lambda: "0123456789abcdef")
+    monkeypatch.setattr(trial, "hash_sources", lambda: "0123456789abcdef")
     done = opensuction("trial", "--resume", "--out", "t", cwd=tmp_path)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "other sources" in done.stderr

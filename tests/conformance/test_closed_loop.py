@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.kernel.interface import NO_REQUESTS, START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import closed_loop, wiring
 from opensuction.simulation import rig as rigs
@@ -19,8 +19,8 @@ from opensuction.simulation.closed_loop import COLUMNS
 from opensuction.simulation.wiring import Wiring
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.machine import drive_watchdog, machine
 from tests.conformance.plain import run_plain
 from tests.conformance.test_controller_step import CALIBRATION, SHORT

@@ -8,7 +8,7 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller.calibration import Feedforward, assume_nominal
 from opensuction.hysteresis.modified_dahl import PUBLISHED
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS, LoopState

@@ -22,7 +22,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     start,
 )
 from opensuction.hysteresis.dahl import Dahl
-from opensuction.hysteresis.model_state import ModelState
+from opensuction.hysteresis.play import ModelState
 from opensuction.identification.estimator.nonlinear import FITS
 from opensuction.kernel.errors import InputError
 from tests.conformance.hysteresis_cases import CASES, HIGH_MM, LOW_MM, RANGES, Case

@@ -3,7 +3,7 @@ from collections.abc import Callable
 import pytest
 
 from opensuction.kernel.codegen import row
-from opensuction.kernel.commands import Commands
+from opensuction.kernel.interface import Commands
 from opensuction.twin import parameter, plant, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import Machine, Truth

@@ -18,10 +18,9 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.codegen import row
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.readings import Readings
-from opensuction.machine import backend
+from opensuction.kernel.interface import MESSAGE_COLUMNS, Readings
+from opensuction.machine import port as machine_port
 from opensuction.machine.port import DESCRIPTION, Description, Port, describe, read_description
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import TwinMachine
@@ -170,7 +169,7 @@ def test_it_says_what_it_is(port: Port) -> None:
 
 @one_kind
 def test_it_has_what_it_claims(machine: Machine, port: Port) -> None:
-    has, kind, folder = port.facts.capabilities, backend.load(machine.folder), machine.folder
+    has, kind, folder = port.facts.capabilities, machine_port.load(machine.folder), machine.folder
     assert kind.capabilities_of(folder) == has
     assert (kind.hand_of(folder) is not None) == has.simulated_hand
     assert (kind.truth_of(folder) is not None) == has.truth

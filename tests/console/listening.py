@@ -10,8 +10,8 @@ from ssl import SSLContext
 
 from fastapi import FastAPI
 
+from opensuction.console.console_process import Server, make_server
 from opensuction.console.guard.limits import USUAL, Limits
-from opensuction.console.server import Server, make_server
 from tests.console.served import HOST, Served, free_port, served
 
 ENDS_S = 10.0

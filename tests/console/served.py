@@ -13,13 +13,18 @@ from starlette.testclient import TestClient, WebSocketTestSession
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.sign_in import SignedIn
-from opensuction.console.access import CSRF_HEADER
+from opensuction.console.access import (
+    CSRF_HEADER,
+    ConsoleContext,
+    ListeningAddress,
+    device_cookie,
+    session_cookie,
+)
 from opensuction.console.app import create_app
 from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.live.hub import Hub
-from opensuction.console.site import ConsoleContext, ListeningAddress, device_cookie, session_cookie
 from opensuction.records.records import Records
-from opensuction.runtime import machine_identity
+from opensuction.runtime import paths
 from tests.accounts.example import CHEAP, PASSWORDS, ROLES, employ, enter
 from tests.console.written_machine import WrittenMachine
 
@@ -148,7 +153,7 @@ def make_site(
         accounts=accounts,
         hub=Hub(folder),
         recordings=recordings,
-        about=lambda: machine_identity.read(folder),
+        about=lambda: paths.read(folder),
         origin=ListeningAddress(HOST, port),
     )
 

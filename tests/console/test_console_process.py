@@ -13,11 +13,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.ipc.heartbeat import Heartbeat, Process
-from opensuction.ipc.process_lock import holder
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.ipc.heartbeat import Heartbeat, Process, holder
+from opensuction.kernel.vocabulary import CYCLE, Phase
 from opensuction.records.records import Records
-from opensuction.runtime import launch, supervised_process
+from opensuction.runtime import launch, supervisor
 from opensuction.runtime.paths import CONSOLES, CONTROLS
 from opensuction.runtime.supervisor import Supervisor, SupervisorNotice
 from opensuction.safety.condition import Condition
@@ -152,7 +151,7 @@ def test_one_that_dies_again_and_again_is_given_up_and_the_machine_goes_on(
     served: Served,
 ) -> None:
     control = holder(served.room.folder / CONTROLS)
-    for _ in range(supervised_process.TRIES - 1):
+    for _ in range(supervisor.TRIES - 1):
         os.kill(served.process(), signal.SIGKILL)
         served.wait("console-restarted")
     os.kill(served.process(), signal.SIGKILL)

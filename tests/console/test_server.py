@@ -17,10 +17,10 @@ from websockets.protocol import State
 from websockets.sync.client import connect
 from websockets.uri import parse_uri
 
-from opensuction.console import server
+from opensuction.console import console_process
 from opensuction.console.app import create_app
+from opensuction.console.console_process import HEADERS_BYTES, HastyProtocol
 from opensuction.console.guard.limits import UNHURRIED
-from opensuction.console.server import HEADERS_BYTES, HastyProtocol
 from opensuction.session.running.console_settings import make_context
 from tests.console.listening import listening, listening_app
 from tests.console.served import HOST, Served, free_port, served
@@ -98,7 +98,7 @@ SAID = {
 def test_however_many_connections_somebody_holds_a_new_one_stops(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: str
 ) -> None:
-    monkeypatch.setattr(server, "CONNECTIONS_HERE", 20)
+    monkeypatch.setattr(console_process, "CONNECTIONS_HERE", 20)
     with listening(tmp_path, UNHURRIED) as console, ExitStack() as stack:
         port = console.site.origin.port
         page = stack.enter_context(httpx.Client(base_url=console.url))

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.control import compensation
+from opensuction.control.backlash_inverse import AT_REST, Curves, HeadState
 from opensuction.control.compensation import (
     KIND_OF_NAME,
     ON_PLAYS,
@@ -12,9 +13,7 @@ from opensuction.control.compensation import (
     Compensation,
     CompensationKind,
 )
-from opensuction.control.exact_inverse import AT_REST, HeadState
-from opensuction.control.head_path import HeadLimits
-from opensuction.control.lookup_table import Curves
+from opensuction.control.motion_profile import HeadLimits
 from opensuction.control.preview import RunIn
 from opensuction.hysteresis import modified_dahl, play_sum
 from opensuction.hysteresis.bank import turning_point

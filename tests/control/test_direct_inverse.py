@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.control.direct_inverse import DEAD_MOVE_MM, step
-from opensuction.control.exact_inverse import AT_REST
+from opensuction.control.backlash_inverse import AT_REST, DEAD_MOVE_MM, direct_step
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl
 
@@ -19,7 +18,7 @@ def commands(model: ModifiedDahl, reference_mm: NDArray[np.float64]) -> NDArray[
     head = (reference_mm[0] - lag - model.offset_mm) / model.slope
     state, heads = AT_REST._replace(head_mm=head, lag_mm=lag), []
     for reference in reference_mm:
-        state = step(model, state, float(reference), DT_S)
+        state = direct_step(model, state, float(reference), DT_S)
         heads.append(state.head_mm)
     return np.array(heads)
 
@@ -60,7 +59,7 @@ def test_moves_too_small_to_mean_anything_leave_the_lag_unchanged(
     reference = 40.0
     head = (reference - lag - PUBLISHED.offset_mm) / PUBLISHED.slope
     state = AT_REST._replace(head_mm=head + offset, lag_mm=lag)
-    after = step(PUBLISHED, state, reference, DT_S)
+    after = direct_step(PUBLISHED, state, reference, DT_S)
     assert abs(after.head_mm - state.head_mm) < DEAD_MOVE_MM
     assert after.lag_mm == lag
 
@@ -68,6 +67,6 @@ def test_moves_too_small_to_mean_anything_leave_the_lag_unchanged(
 @given(reference=st.floats(0.0, 90.0), lag=st.floats(-SATURATION_MM, SATURATION_MM))
 def test_the_command_is_equation_7_and_the_lag_equation_8(reference: float, lag: float) -> None:
     state = AT_REST._replace(head_mm=30.0, lag_mm=lag)
-    after = step(PUBLISHED, state, reference, DT_S)
+    after = direct_step(PUBLISHED, state, reference, DT_S)
     assert after.head_mm == pytest.approx((reference - lag + 7.151) / 0.9677)
     assert after.lag_mm == modified_dahl.step(PUBLISHED, lag, after.head_mm - 30.0)

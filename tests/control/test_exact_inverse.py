@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from opensuction.control import exact_inverse, profile
-from opensuction.control.exact_inverse import HeadState
-from opensuction.control.head_path import HeadLimits
-from opensuction.control.profile import Profile
+from opensuction.control import backlash_inverse, motion_profile
+from opensuction.control.backlash_inverse import HeadState
+from opensuction.control.motion_profile import HeadLimits, Profile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl
 from opensuction.hysteresis.play_sum import NONE_MM
@@ -35,10 +34,10 @@ def wanted(time_s: float) -> tuple[float, float, float]:
     """Reference, its velocity, and the direction of the next motion."""
     if time_s < ARRIVED_S:
         way_in = Profile(0.0, 90.0, 9.0, 200.0)
-        return *profile.at(way_in, time_s - PRELOADED_S), 1.0
+        return *motion_profile.at(way_in, time_s - PRELOADED_S), 1.0
     way_out = Profile(90.0, 0.0, 9.0, 200.0)
     direction = 1.0 if time_s < TURNED_S else -1.0
-    return *profile.at(way_out, time_s - LEFT_S), direction
+    return *motion_profile.at(way_out, time_s - LEFT_S), direction
 
 
 def cycle(model: ModifiedDahl) -> Cycle:
@@ -47,7 +46,7 @@ def cycle(model: ModifiedDahl) -> Cycle:
     rows = []
     for tick in range(round(END_S / DT_S)):
         reference, speed, direction = wanted(tick * DT_S)
-        state = exact_inverse.step(model, LIMITS, state, reference, speed, direction, DT_S)
+        state = backlash_inverse.step(model, LIMITS, state, reference, speed, direction, DT_S)
         tip = modified_dahl.output_mm(model, state.head_mm, state.lag_mm)
         rows.append((tick * DT_S, reference, state.head_mm, state.head_mm_per_s, tip))
     return Cycle(*np.array(rows).T)
@@ -121,14 +120,14 @@ def test_turning_while_moving_stops_at_once_and_then_crosses_the_gap() -> None:
     lag = modified_dahl.saturation_mm(PUBLISHED)
     moving = HeadState(60.0, 9.0, -lag, NONE_MM)
     tip = modified_dahl.output_mm(PUBLISHED, 60.0, -lag)
-    stopped = exact_inverse.step(PUBLISHED, LIMITS, moving, tip, 0.0, -1.0, DT_S)
+    stopped = backlash_inverse.step(PUBLISHED, LIMITS, moving, tip, 0.0, -1.0, DT_S)
     assert (stopped.head_mm, stopped.head_mm_per_s) == (60.0, 0.0)
-    leaving = exact_inverse.step(PUBLISHED, LIMITS, stopped, tip, 0.0, -1.0, DT_S)
+    leaving = backlash_inverse.step(PUBLISHED, LIMITS, stopped, tip, 0.0, -1.0, DT_S)
     assert leaving.head_mm_per_s == pytest.approx(-0.2)
 
 
 def test_a_reference_that_is_behind_is_waited_for() -> None:
     state = HeadState(60.0, 0.0, 0.0, NONE_MM)
     tip = modified_dahl.output_mm(LINE, 60.0, 0.0)
-    waiting = exact_inverse.step(LINE, LIMITS, state, tip - 5.0, 0.0, 1.0, DT_S)
+    waiting = backlash_inverse.step(LINE, LIMITS, state, tip - 5.0, 0.0, 1.0, DT_S)
     assert waiting[:3] == state[:3]

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.control.head_path import HeadLimits, step
+from opensuction.control.motion_profile import HeadLimits, step
 
 DT_S = 0.001
 LIMITS = HeadLimits(speed_mm_per_s=17.0, acceleration_mm_per_s2=200.0)

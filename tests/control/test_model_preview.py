@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from opensuction.control import model_preview, preview, profile
-from opensuction.control.exact_inverse import HeadState
-from opensuction.control.head_path import HeadLimits
-from opensuction.control.model_preview import Start
-from opensuction.control.preview import EARLY_MM, TOUCH_MM, RunIn
-from opensuction.control.profile import Profile
+from opensuction.control import motion_profile, preview
+from opensuction.control.backlash_inverse import HeadState
+from opensuction.control.motion_profile import HeadLimits, Profile
+from opensuction.control.preview import EARLY_MM, TOUCH_MM, RunIn, Start
 from opensuction.hysteresis import play_sum, prandtl_ishlinskii
-from opensuction.hysteresis.bank import play_lines, play_table
+from opensuction.hysteresis.bank import play_lines
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
@@ -66,9 +64,9 @@ every_model = pytest.mark.parametrize("name", MODELS)
 def wanted(time_s: float) -> tuple[float, float, float, float]:
     """Reference with its velocity, next motion with the time until it begins."""
     if time_s < ARRIVED_S:
-        return *profile.at(MOVE, time_s - PRELOADED_S), 1.0, max(PRELOADED_S - time_s, 0.0)
+        return *motion_profile.at(MOVE, time_s - PRELOADED_S), 1.0, max(PRELOADED_S - time_s, 0.0)
     announced = (-1.0, max(LEFT_S - time_s, 0.0)) if time_s >= TURNED_S else (1.0, -1.0)
-    return *profile.at(Profile(90.0, 0.0, 9.0, 200.0), time_s - LEFT_S), *announced
+    return *motion_profile.at(Profile(90.0, 0.0, 9.0, 200.0), time_s - LEFT_S), *announced
 
 
 class Cycle(NamedTuple):
@@ -82,9 +80,9 @@ class Cycle(NamedTuple):
 
 def rehearsed(name: str, start: Start) -> list[float]:
     """Squares of the tip's error, mm2 s, of each run-in."""
-    table = play_table.tabulate(MODELS[name])
+    table = play_lines.tabulate(MODELS[name])
     return [
-        float(model_preview.rehearse(table, LIMITS, start, run_in_s, DT_S, math.inf))
+        float(preview.rehearse_model(table, LIMITS, start, run_in_s, DT_S, math.inf))
         for run_in_s in RUN_INS_S
     ]
 
@@ -98,15 +96,15 @@ def run_in(name: str) -> RunIn:
 
 @compiled
 def lead(
-    table: play_table.Table, run_in: RunIn, state: HeadState, demand: NDArray[np.float64]
+    table: play_lines.Table, run_in: RunIn, state: HeadState, demand: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Head, its velocity and the tip of each tick."""
     rows = np.empty((demand.shape[0], 3))
     for k in range(demand.shape[0]):
         goal = preview.aim_ahead(run_in, demand[k, 0], demand[k, 1], demand[k, 2], demand[k, 3])
-        state = model_preview.step(table, LIMITS, state, goal, DT_S)
+        state = preview.step_model(table, LIMITS, state, goal, DT_S)
         rows[k, 0], rows[k, 1] = state.head_mm, state.head_mm_per_s
-        rows[k, 2] = model_preview.tip_mm(table, state)
+        rows[k, 2] = preview.tip_mm(table, state)
     return rows
 
 
@@ -117,8 +115,8 @@ def demand() -> NDArray[np.float64]:
 
 @cache
 def cycle(name: str) -> Cycle:
-    table = play_table.tabulate(MODELS[name])
-    rows = lead(table, run_in(name), model_preview.at_rest(table, 0.0, -1.0), demand())
+    table = play_lines.tabulate(MODELS[name])
+    rows = lead(table, run_in(name), preview.at_rest(table, 0.0, -1.0), demand())
     return Cycle(demand()[:, 0], *rows.T)
 
 
@@ -161,9 +159,9 @@ def test_a_prandtl_ishlinskii_model_drives_as_by_its_own_preview() -> None:
 def test_a_start_that_does_not_come_moves_the_tip_no_further_than_allowed(
     name: str, direction: float
 ) -> None:
-    table = play_table.tabulate(MODELS[name])
+    table = play_lines.tabulate(MODELS[name])
     rows = np.tile([40.0, 0.0, direction, 0.01], (4000, 1))
-    tips = lead(table, run_in(name), model_preview.at_rest(table, 40.0, -direction), rows)[:, 2]
+    tips = lead(table, run_in(name), preview.at_rest(table, 40.0, -direction), rows)[:, 2]
     assert direction * (tips[-1] - 40.0) == pytest.approx(EARLY_MM, abs=0.02)
 
 
@@ -176,8 +174,8 @@ def test_a_run_in_is_better_than_none_where_the_loop_s_corner_is_round(name: str
 
 
 def test_crossing_ends_where_the_tip_begins_to_move() -> None:
-    table = play_table.tabulate(MODELS["relays"])
-    rest = model_preview.at_rest(table, 60.0, 1.0)
-    crossed = model_preview.cross(table, rest, -TOUCH_MM)
-    assert model_preview.tip_mm(table, crossed) == pytest.approx(60.0 - TOUCH_MM, abs=1e-10)
+    table = play_lines.tabulate(MODELS["relays"])
+    rest = preview.at_rest(table, 60.0, 1.0)
+    crossed = preview.cross(table, rest, -TOUCH_MM)
+    assert preview.tip_mm(table, crossed) == pytest.approx(60.0 - TOUCH_MM, abs=1e-10)
     assert 14.0 < rest.head_mm - crossed.head_mm < 18.0

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from opensuction.control import preview, profile
-from opensuction.control.exact_inverse import HeadState
-from opensuction.control.head_path import HeadLimits
+from opensuction.control import motion_profile, preview
+from opensuction.control.backlash_inverse import HeadState
+from opensuction.control.motion_profile import HeadLimits, Profile
 from opensuction.control.preview import EARLY_MM, TOUCH_MM, RunIn
-from opensuction.control.profile import Profile
 from opensuction.hysteresis import play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 
@@ -51,9 +50,12 @@ def wanted(time_s: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Reference with its velocity, next motion with the time until it begins."""
     if time_s < ARRIVED_S:
         way_in = Profile(0.0, 90.0, 9.0, 200.0)
-        return profile.at(way_in, time_s - PRELOADED_S), (1.0, max(PRELOADED_S - time_s, 0.0))
+        return motion_profile.at(way_in, time_s - PRELOADED_S), (
+            1.0,
+            max(PRELOADED_S - time_s, 0.0),
+        )
     announced = (-1.0, max(LEFT_S - time_s, 0.0)) if time_s >= TURNED_S else (1.0, -1.0)
-    return profile.at(Profile(90.0, 0.0, 9.0, 200.0), time_s - LEFT_S), announced
+    return motion_profile.at(Profile(90.0, 0.0, 9.0, 200.0), time_s - LEFT_S), announced
 
 
 @cache

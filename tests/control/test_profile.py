@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.control.profile import Profile, at, duration_s
+from opensuction.control.motion_profile import Profile, at, duration_s
 
 profiles = st.builds(
     Profile,

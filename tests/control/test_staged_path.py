@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.control import profile, staged_path
-from opensuction.control.profile import Profile
-from opensuction.control.staged_path import StagedPath
+from opensuction.control import motion_profile
+from opensuction.control.motion_profile import Profile, StagedPath
 
 PATHS = st.builds(
     StagedPath,
@@ -21,8 +20,8 @@ PATHS = st.builds(
 
 
 def sampled(path: StagedPath, step_s: float) -> tuple[np.ndarray, np.ndarray]:
-    times = np.arange(0.0, staged_path.duration_s(path) + 2 * step_s, step_s)
-    points = [staged_path.at(path, float(time)) for time in times]
+    times = np.arange(0.0, motion_profile.staged_duration_s(path) + 2 * step_s, step_s)
+    points = [motion_profile.staged_at(path, float(time)) for time in times]
     return np.array([p for p, _ in points]), np.array([v for _, v in points])
 
 
@@ -53,7 +52,7 @@ def test_beyond_the_switch_it_is_never_faster_than_slow(path: StagedPath) -> Non
 def test_adult_insertion_takes_the_sum_of_its_stages() -> None:
     path = StagedPath(-100.0, 0.0, 70.0, 30.0, 10.0, 200.0)
     # 100 mm: .15 s up (2.25 mm), .1 s down (2 mm), 95.75 mm at 30; 70 mm at 10 and half a ramp.
-    assert staged_path.duration_s(path) == pytest.approx(
+    assert motion_profile.staged_duration_s(path) == pytest.approx(
         0.15 + 0.1 + 95.75 / 30.0 + (70.0 - 0.25) / 10.0 + 0.05, abs=1e-9
     )
 
@@ -61,6 +60,6 @@ def test_adult_insertion_takes_the_sum_of_its_stages() -> None:
 def test_without_room_to_be_fast_it_is_the_plain_profile() -> None:
     path = StagedPath(-0.01, 0.0, 70.0, 30.0, 10.0, 200.0)
     plain = Profile(-0.01, 70.0, 10.0, 200.0)
-    assert staged_path.duration_s(path) == profile.duration_s(plain)
+    assert motion_profile.staged_duration_s(path) == motion_profile.duration_s(plain)
     for time_s in (0.0, 0.03, 2.0, 7.0, 9.0):
-        assert staged_path.at(path, time_s) == profile.at(plain, time_s)
+        assert motion_profile.staged_at(path, time_s) == motion_profile.at(plain, time_s)

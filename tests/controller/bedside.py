@@ -4,7 +4,7 @@ from functools import cache
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning import clinical
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import Loop, LoopState

@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.controller.record import Inputs
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
-from opensuction.kernel.requests import Host, Requests
+from opensuction.kernel.interface import Commands, Host, Readings, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace
@@ -27,7 +25,7 @@ from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import wanted
 from opensuction.twin import plant
-from opensuction.twin.machine import annunciator, machine
+from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.machine import MachineState
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
@@ -188,7 +186,7 @@ def run(
         bedside = state.bedside
         if plant.is_due(moved):
             moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
-        shown = annunciator.repeat(wanted(outputs))
+        shown = drive_watchdog.repeat(wanted(outputs))
         seen = record(i * DT_S, outputs.phase, readings, outputs, outputs.commands, truth, shown)
         write_row(table[i], seen)
         state = LoopState(state.tick + 1, decided, moved, bedside)

@@ -7,23 +7,26 @@ import pytest
 
 from opensuction.control import compensation
 from opensuction.control.compensation import CompensationKind
-from opensuction.control.head_path import HeadLimits
-from opensuction.controller import adaptation, setup
+from opensuction.control.motion_profile import HeadLimits
+from opensuction.controller import calibration, setup
 from opensuction.controller.calibration import PLAIN_PD, Calibration
 from opensuction.controller.machine_profile import BENCH
+from opensuction.evidence.benchmark import plant_run
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis import prandtl_ishlinskii as pi
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.estimator import modified_dahl as dahl_estimator
 from opensuction.identification.estimator import prandtl_ishlinskii as play_estimator
 from opensuction.identification.estimator.adaptation import Finding, unchanged
-from opensuction.identification.estimator.gap_scale import TRUSTED
-from opensuction.identification.estimator.mouth_passage import AS_IDENTIFIED, Array, Shift
+from opensuction.identification.estimator.gap_measurement import (
+    AS_IDENTIFIED,
+    TRUSTED,
+    Array,
+    Shift,
+)
 from opensuction.procedure.cycle import cycle
 from opensuction.procedure.planning import planner
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.procedure.planning.site import BENCH_SITE
-from opensuction.simulation import ideal_loop
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
 
@@ -62,10 +65,10 @@ def paper_cycle(
     plan = planner.plan(PAPER, able, BENCH.excitation, False, BENCH_SITE)
     speeds = (PAPER.insertion_mm_per_s, PAPER.withdrawal_mm_per_s)
     chosen, heads_mm = setup.compensator(BENCH, kind, used, speeds), setup.branches(kind, used)
-    course = ideal_loop.course(plan)
+    course = plant_run.cycle_course(plan)
     limits = HeadLimits(BENCH.head_limit_mm_per_s, BENCH.acceleration_mm_per_s2)
     start = compensation.park(chosen, compensation.rest(chosen, heads_mm, BENCH_SITE.park_mm))
-    heads = ideal_loop.lead(chosen, heads_mm, limits, start, course.demand, DT_S)
+    heads = plant_run.lead(chosen, heads_mm, limits, start, course.demand, DT_S)
     heads = np.concatenate([[start.head_mm], heads])
     tip = plant_mm(plant, heads)
     error = (tip[1:] - course.demand[:, 0])[course.insertion_tick :]
@@ -76,15 +79,15 @@ def paper_cycle(
 def test_two_cycles_on_an_ideal_servo_bring_a_changed_gap_back(kind: CompensationKind) -> None:
     """Ten per cent of the gap and 2 mm: gone, but for what the compensator leaves anyway."""
     floor_mm = paper_cycle(PLANT, kind, IDENTIFIED)[2]
-    changed = adaptation.adapt_plays(PLANT, Shift(0.9, 2.0))
+    changed = calibration.adapt_plays(PLANT, Shift(0.9, 2.0))
     used, change, errors_mm = IDENTIFIED, unchanged(TRUSTED), []
     for _ in range(3):
         heads, tip, rmse_mm = paper_cycle(changed, kind, used)
         errors_mm.append(rmse_mm)
-        seen = adaptation.passed(IDENTIFIED, tip <= BARRIER_MM, heads, BARRIER_MM, DT_S)
-        change = adaptation.learn(IDENTIFIED, change, seen)
+        seen = calibration.passed(IDENTIFIED, tip <= BARRIER_MM, heads, BARRIER_MM, DT_S)
+        change = calibration.learn(IDENTIFIED, change, seen)
         assert change.finding == Finding.LEARNED
-        used = adaptation.adapted(IDENTIFIED, change.new)
+        used = calibration.adapted(IDENTIFIED, change.new)
     assert change.new == pytest.approx(Shift(0.9, 2.0), abs=0.05)
     assert errors_mm[0] > floor_mm + 0.3
     # A gap that is narrower leaves less; the fits' own errors change by a tenth of a mm.
@@ -104,14 +107,14 @@ def test_every_model_is_shifted_alike(kind: CompensationKind, direction: float) 
     there = 40.0
     before = [head_mm(IDENTIFIED, there - shift.offset_mm, way) for way in (1.0, -1.0)]
     middle, half = 0.5 * sum(before), 0.5 * (before[0] - before[1])
-    adapted = adaptation.adapted(IDENTIFIED, shift)
+    adapted = calibration.adapted(IDENTIFIED, shift)
     assert head_mm(adapted, there, direction) == pytest.approx(
         middle + direction * shift.scale * half, abs=1e-6
     )
 
 
 def test_an_unchanged_transmission_is_left_as_it_was_identified() -> None:
-    same = adaptation.adapted(IDENTIFIED, AS_IDENTIFIED)
+    same = calibration.adapted(IDENTIFIED, AS_IDENTIFIED)
     assert same.model == IDENTIFIED.model
     assert same.feedforward == IDENTIFIED.feedforward
     np.testing.assert_array_equal(same.plays.thresholds_mm, IDENTIFIED.plays.thresholds_mm)
@@ -121,7 +124,7 @@ def test_an_unchanged_transmission_is_left_as_it_was_identified() -> None:
 def test_the_modified_dahl_model_keeps_its_shape_over_another_gap() -> None:
     """Stretched in head travel: the same lag for the same share of the gap."""
     model = IDENTIFIED.model
-    wider = adaptation.adapt_dahl(model, Shift(1.2, 0.0))
+    wider = calibration.adapt_dahl(model, Shift(1.2, 0.0))
     assert modified_dahl.gap_mm(wider) == pytest.approx(1.2 * modified_dahl.gap_mm(model))
     lag, far = 0.3 * modified_dahl.saturation_mm(model), 5.0
     assert modified_dahl.step(wider, 1.2 * lag, 1.2 * far) == pytest.approx(

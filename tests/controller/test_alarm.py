@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.interlocks import LIFE_S
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
 from opensuction.safety import condition_mask
-from opensuction.safety.alarm.alarm_episode import Episode, list_episodes
+from opensuction.safety.alarm.alarm_log import Episode, list_episodes
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
-from opensuction.safety.priority import Priority
-from opensuction.simulation import alarm_record, trace
+from opensuction.safety.handling import Priority
+from opensuction.simulation import outcome, trace
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 from opensuction.twin import preset
@@ -56,7 +56,7 @@ def masks(columns: Columns, name: str) -> NDArray[np.int64]:
 
 def told(columns: Columns) -> list[Episode]:
     """Alarms of a run."""
-    return list(list_episodes(alarm_record.log(columns)))
+    return list(list_episodes(outcome.log(columns)))
 
 
 def conditions(columns: Columns) -> set[Condition]:

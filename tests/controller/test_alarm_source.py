@@ -9,11 +9,11 @@ from opensuction.controller import alarm_source
 from opensuction.controller.calibration import PLAIN_PD, assume_nominal
 from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import NO_MONITOR, Readings
+from opensuction.kernel.interface import NO_MONITOR, Readings
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import check, cycle, interlocks, schedule
-from opensuction.procedure.cycle.check_item import CheckItem
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
 from opensuction.procedure.planning.planner import WAY_IN_MMHG

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import ORDER, CheckItem
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.check import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.safety.condition import Condition
 from opensuction.simulation.trace import Columns, phase_spans

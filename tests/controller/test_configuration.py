@@ -17,8 +17,7 @@ from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.procedure.planning.site import BENCH_SITE
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 
 FOUND = assume_nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 

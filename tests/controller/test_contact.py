@@ -8,7 +8,7 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.safety.condition import Condition

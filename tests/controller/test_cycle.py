@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState

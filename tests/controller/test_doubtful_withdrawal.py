@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import make_zero
+from opensuction.kernel.vocabulary import Phase
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor.governor import Verdict
 from opensuction.safety.handling import Reaction

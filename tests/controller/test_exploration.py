@@ -19,8 +19,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.kernel.interface import NO_REQUESTS, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import TRANSITIONS
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.handling import Reaction

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.safety.condition import Condition
 from opensuction.simulation.trace import Columns
 from tests.controller.drive import (

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.lock_out import MOST_RESETS, NONE, LockOut
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.lock_out import MOST_RESETS, NONE, LockOut, Refusal
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns, phase_spans

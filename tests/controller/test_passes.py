@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.preoxygenation import Preoxygenation
-from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.cycle.schedule import ScheduleMode
-from opensuction.procedure.planning.pass_rule import MOST_PASSES, RULES
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.lock_out import Refusal
+from opensuction.procedure.cycle.schedule import Preoxygenation, ScheduleMode
+from opensuction.procedure.planning.guideline import MOST_PASSES, RULES
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState

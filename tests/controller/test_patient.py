@@ -9,9 +9,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.interface import NO_REQUESTS, START, Requests
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -23,7 +23,7 @@ from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import PatientEffect
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.patient import oximeter, patient_preset
+from opensuction.twin.patient import patient_monitor, patient_preset
 from opensuction.twin.patient.patient import Patient
 from tests.quiet_patient import quiet
 
@@ -202,7 +202,7 @@ def test_a_desaturation_is_seen_late_and_ends_the_cycle_it_falls_into(name: str)
     state, columns = ran(loop, ready.start, 60.0)
     low = columns["verdict.patient"] > 0.0
     late_s = first_s(low)
-    assert late_s > machine.patient.oximeter.delay_samples * oximeter.SAMPLE_S
+    assert late_s > machine.patient.oximeter.delay_samples * patient_monitor.SAMPLE_S
     assert tripped(columns) == set()
     state, columns = ran(loop, state, 0.1, START)
     assert state.controller.core.upkeep.refusal == Refusal.PATIENT_UNSAFE

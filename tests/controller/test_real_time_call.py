@@ -16,10 +16,9 @@ from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.codegen.row import Row
 from opensuction.kernel.compiler.dispatcher import CoreFunction
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.procedure.planning.site import BENCH_SITE
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 
 CALIBRATION = assume_nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 TICKS = 50

@@ -5,10 +5,10 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import interlocks
 from opensuction.procedure.cycle.interlocks import LIFE_S
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from tests.controller.drive import (
     CHANGED,

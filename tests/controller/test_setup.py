@@ -10,9 +10,8 @@ from opensuction.controller.record import Settings
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.planning.protocol import PAPER, Protocol
-from opensuction.procedure.planning.site import BENCH_SITE
-from opensuction.safety import tip_bound
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER, Protocol
+from opensuction.safety import limits as safety_limits
 
 FOUND = assume_nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 
@@ -28,16 +27,18 @@ every_kind = pytest.mark.parametrize("kind", CompensationKind)
 def test_the_parked_tip_counts_as_outside_and_the_target_as_inside(kind: CompensationKind) -> None:
     made = settings(PAPER, kind, FOUND)
     limits = made.limits
-    parked = tip_bound.assume_anywhere(limits.tip, made.parked.head_mm)
-    assert tip_bound.deepest_mm(limits.tip, parked) == pytest.approx(limits.outside_mm - 1.0)
-    assert tip_bound.deepest_mm(limits.tip, tip_bound.follow(limits.tip, parked, 90.0)) > 60.0
+    parked = safety_limits.assume_anywhere(limits.tip, made.parked.head_mm)
+    assert safety_limits.deepest_mm(limits.tip, parked) == pytest.approx(limits.outside_mm - 1.0)
+    assert (
+        safety_limits.deepest_mm(limits.tip, safety_limits.follow(limits.tip, parked, 90.0)) > 60.0
+    )
     assert made.plan.motion.park_head_mm == limits.park_head_mm == made.parked.head_mm
 
 
 @every_kind
 def test_the_target_lies_below_the_head_s_cap(kind: CompensationKind) -> None:
     made = settings(PAPER, kind, FOUND)
-    cap = tip_bound.head_cap_mm(made.limits.tip, made.limits.cap_mm)
+    cap = safety_limits.head_cap_mm(made.limits.tip, made.limits.cap_mm)
     needed = 90.0
     if kind != CompensationKind.NONE:
         needed = (90.0 + modified_dahl.saturation_mm(PUBLISHED) - PUBLISHED.offset_mm) / 0.9677
@@ -78,7 +79,7 @@ def test_only_the_kinds_that_look_ahead_cross_the_gap_ahead_of_time() -> None:
 
 def test_a_forced_withdrawal_has_time_from_the_deepest_point() -> None:
     limits = settings(PAPER, CompensationKind.NONE, FOUND).limits
-    deepest_head = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
+    deepest_head = safety_limits.head_cap_mm(limits.tip, limits.cap_mm)
     slowest_s = (deepest_head - limits.park_head_mm) / BENCH.head_planned_mm_per_s
     assert slowest_s + 2.0 < limits.withdrawal_s < slowest_s + 5.0
 
@@ -87,7 +88,7 @@ def test_an_uncalibrated_machine_is_bounded_by_its_nominal_transmission() -> Non
     calibration = assume_nominal(BENCH.transmission, PLAIN_PD)
     limits = settings(PAPER, CompensationKind.NONE, calibration).limits
     gap = modified_dahl.gap_mm(PUBLISHED)
-    assert limits.tip == tip_bound.bound_tip(PUBLISHED.slope, PUBLISHED.offset_mm, gap)
+    assert limits.tip == safety_limits.bound_tip(PUBLISHED.slope, PUBLISHED.offset_mm, gap)
 
 
 @every_kind

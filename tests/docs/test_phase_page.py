@@ -1,6 +1,6 @@
 from docs.generator import phase_page, phase_picture
 from docs.generator.phase_picture import words
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import BROKEN_OFF, NORMAL, TRANSITIONS
 
 

@@ -16,7 +16,7 @@ from scipy.optimize import nnls
 from docs.generator.catalogue import DOCS
 from docs.generator.safety import risk_table, soup_table, source_share
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.risk import Acceptability
+from opensuction.evidence.safety_case.hazard_claim import Acceptability
 from opensuction.kernel.errors import InputError
 from opensuction.twin.parameter import BENCH
 

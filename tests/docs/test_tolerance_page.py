@@ -13,7 +13,7 @@ from docs.generator.safety.tolerance.left_out import LEFT_OUT
 from docs.generator.safety.tolerance.threshold import Chance, Threshold, value_of
 from opensuction.twin import parameter
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.sensor.sensor_parameter import SENSORS
+from opensuction.twin.parameter import SENSORS
 from tests.evidence import tolerance_run
 
 SAMPLES = 1_000_000

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import KIND_OF_NAME
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.resolution import APPROACHES

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.suction import line_flow
 from opensuction.procedure.suction.line_flow import NOTHING_SEEN

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning import planner
 from opensuction.session.choice import CycleChoice, RigChoice

@@ -15,13 +15,13 @@ from opensuction.controller.machine_profile import BENCH as BENCH_PROFILE
 from opensuction.controller.machine_profile import CLINICAL as PROFILE
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.kernel import random_stream
-from opensuction.kernel.constant import ATMOSPHERE_MMHG, ML_PER_S
-from opensuction.procedure.cycle.check_item import CheckItem
-from opensuction.procedure.planning import check_plan
+from opensuction.kernel.unit import ATMOSPHERE_MMHG, ML_PER_S
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.planning import protocol
 from opensuction.safety.limits import DriveLimits, ValveLimits
 from opensuction.twin import parameter, preset
 from opensuction.twin.parameter_row import Parameter
-from opensuction.twin.sensor import sensor, sensor_preset
+from opensuction.twin.sensor import sensor
 from opensuction.twin.sensor.sensor import Sensors, SensorState
 from tests.evidence.tolerance_loop import (
     CALM,
@@ -50,7 +50,7 @@ def _values(errors: dict[str, float]) -> parameter.ParameterValues:
 
 def sensors_of(errors: dict[str, float]) -> Sensors:
     """Sensors with these parameters, the others nominal."""
-    return sensor_preset.sensors(_values(errors))
+    return sensor.sensors(_values(errors))
 
 
 def _most(name: str, way: int = 1, table: Table = parameter.CLINICAL) -> float:
@@ -164,7 +164,7 @@ def measure_refusals(tests: int = 2000) -> Row:
     }
     found: Row = {}
     for number, (name, (set_mmhg, item, line)) in enumerate(items.items()):
-        plan = check_plan.plan_check(set_mmhg, PROFILE.relief_mmhg, 2.0, 0.5)
+        plan = protocol.plan_check(set_mmhg, PROFILE.relief_mmhg, 2.0, 0.5)
         found[name] = {"tests": tests}
         for word, noise in (("worst", _most("vacuum_noise_mmhg")), ("largest", 3.0)):
             errors = _worst_errors() | {"vacuum_noise_mmhg": noise, "vacuum_gain": 1.0125}
@@ -176,7 +176,7 @@ def measure_refusals(tests: int = 2000) -> Row:
 
 def count_leaks(leak_per_s: float, tests: int) -> int:
     """How many pre-use tests of a neonate's line that loses this share a second fail."""
-    plan = check_plan.plan_check(80.0, PROFILE.relief_mmhg, 2.0, 0.5)
+    plan = protocol.plan_check(80.0, PROFILE.relief_mmhg, 2.0, 0.5)
     sensors = sensors_of({})
     line, item = Line(80.0, 80.0, False, leak_per_s), int(CheckItem.VACUUM_HOLDS)
     return int(count_refusals(plan, sensors, item, line, _begin(sensors, 0), tests))

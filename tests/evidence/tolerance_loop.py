@@ -5,17 +5,17 @@ What is measured stands, or moves as in a cycle.
 
 from typing import NamedTuple
 
+from opensuction.kernel.arithmetic import extend_duration
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import extend
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
 from opensuction.kernel.record import make_zero
 from opensuction.procedure.cycle import check
 from opensuction.procedure.cycle.check import CheckPlan, CheckSeen
 from opensuction.safety import invalid_ticks
 from opensuction.safety.governor import judgement
-from opensuction.safety.head import drive_force, head_vote, home_zero
+from opensuction.safety.head import drive_force, head_vote
 from opensuction.safety.limits import DriveLimits, LineLimits, ValveLimits
-from opensuction.safety.watch import head_watch, line_filter, vacuum_signature, valve_axis
+from opensuction.safety.watch import head_watch, vacuum_signature, valve_axis
 from opensuction.twin.sensor import sensor
 from opensuction.twin.sensor.sensor import Measured, Sensors, SensorState
 
@@ -48,7 +48,12 @@ def count_line(
 ) -> int:
     """How often something is wrong with a line; it begins vented."""
     state = start
-    filtered, seen, count, wrong = line_filter.START, vacuum_signature.START, 0, False
+    filtered, seen, count, wrong = (
+        vacuum_signature.FILTER_START,
+        vacuum_signature.START,
+        0,
+        False,
+    )
     vacuum = 0.0
     for tick in range(ticks):
         learning = tick < LEARNING_TICKS
@@ -61,7 +66,7 @@ def count_line(
         state = sensor.step(sensors, state, CALM._replace(vacuum_mmhg=vacuum), DT_S)
         readings = READ._replace(line_vacuum_mmhg=state.vacuum_mmhg)
         vented = learning or (line.set_mmhg == 0.0 and not line.pumping)
-        filtered = line_filter.step(filtered, readings, vented, DT_S)
+        filtered = vacuum_signature.step_filter(filtered, readings, vented, DT_S)
         if learning:
             continue
         if not line.pumping and (tick - LEARNING_TICKS) % REST_TICKS == 0:
@@ -69,7 +74,7 @@ def count_line(
         seen = vacuum_signature.step(
             limits,
             seen,
-            line_filter.vacuum_mmhg(filtered),
+            vacuum_signature.vacuum_mmhg(filtered),
             line.set_mmhg,
             line.pumping,
             False,
@@ -91,19 +96,19 @@ def count_refusals(
     failed, state = 0, start
     seen = CheckSeen(True, True, 0.0, 0.0, True, True)
     for _ in range(tests):
-        filtered, vacuum = line_filter.START, 0.0
+        filtered, vacuum = vacuum_signature.FILTER_START, 0.0
         for tick in range(LEARNING_TICKS + 200):
             vacuum = line.vacuum_mmhg if tick >= LEARNING_TICKS else 0.0
             state = sensor.step(sensors, state, CALM._replace(vacuum_mmhg=vacuum), DT_S)
             readings = READ._replace(line_vacuum_mmhg=state.vacuum_mmhg)
-            filtered = line_filter.step(filtered, readings, tick < LEARNING_TICKS, DT_S)
+            filtered = vacuum_signature.step_filter(filtered, readings, tick < LEARNING_TICKS, DT_S)
         tested = check.UNTESTED._replace(item=item)
         while tested.item == item and tested.failed == 0:
             vacuum -= vacuum * line.leak_per_s * DT_S
             state = sensor.step(sensors, state, CALM._replace(vacuum_mmhg=vacuum), DT_S)
             readings = READ._replace(line_vacuum_mmhg=state.vacuum_mmhg)
-            filtered = line_filter.step(filtered, readings, False, DT_S)
-            taken = readings._replace(line_vacuum_mmhg=line_filter.vacuum_mmhg(filtered))
+            filtered = vacuum_signature.step_filter(filtered, readings, False, DT_S)
+            taken = readings._replace(line_vacuum_mmhg=vacuum_signature.vacuum_mmhg(filtered))
             tested = check.step(plan, tested, taken, seen, DT_S)
         failed += 1 if tested.failed != 0 else 0
     return failed
@@ -164,10 +169,10 @@ def count_head(
         readings = READ._replace(head_mm=state.head_mm, carriage_mm=state.carriage_mm)
         before = vote
         vote = head_vote.step(limits, vote, readings, False, 0.0, speed, apart_s > limit_s, DT_S)
-        vote = home_zero.learn(vote, before, readings, PARK_MM, DT_S)
+        vote = head_vote.learn(vote, before, readings, PARK_MM, DT_S)
         speed += share * ((vote.head_mm - before.head_mm - vote.jumped_mm) / DT_S - speed)
         off = head_watch.is_disagreeing(readings, vote, invalid_ticks.NONE, head.sucking)
-        apart_s = extend(apart_s, off and tick > LEARNING_TICKS, DT_S)
+        apart_s = extend_duration(apart_s, off and tick > LEARNING_TICKS, DT_S)
         now = apart_s > limit_s or vote.encoder_out or vote.carriage_out
         if now and not wrong:
             count += 1
@@ -213,10 +218,10 @@ def count_pull(
         last_mm = state.head_mm
         settled = tick > 2 * LEARNING_TICKS
         jam_n = limits.jam_n + drive_force.unsure_n(force)
-        jam_s = extend(
+        jam_s = extend_duration(
             jam_s, settled and drive_force.is_above(force, force.resistance_n, jam_n), DT_S
         )
-        over_s = extend(
+        over_s = extend_duration(
             over_s, settled and drive_force.is_above(force, force.force_n, limits.force_n), DT_S
         )
         if jam_s > judgement.JAM_S and not jam:

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 
 from opensuction.evidence.campaign import played_cycle
-from opensuction.evidence.trial import judged_cycle, part
+from opensuction.evidence.trial import judged_cycle, trial
 from opensuction.evidence.trial.judged_cycle import JUDGED
 from opensuction.kernel.errors import InputError
 from opensuction.result.trial_result import Trial
 from opensuction.safety.condition import Condition
-from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.simulation.injection.faulty_run import RowBuffer
 from opensuction.twin import parameter
+from opensuction.twin.parameter import SENSORS
 from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
-from opensuction.twin.sensor.sensor_parameter import SENSORS
 
 TRIAL = Trial(faults="none", seed=1123)
 CYCLES = 256
@@ -100,7 +100,7 @@ def changed(values: dict[str, float], lively: bool = False) -> Iterator[None]:
 def _play(number: int, room: RowBuffer) -> tuple[str, ...]:
     """What stopped a cycle without a fault, or was said of it; nothing if all is well."""
     try:
-        prepared, _ = part.find_machine(TRIAL, number, lambda one: one)
+        prepared, _ = trial.find_machine(TRIAL, number, lambda one: one)
     except InputError:
         return ("refused",)
     played = played_cycle.play_sound(prepared, room)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from opensuction.hysteresis import generalised, modified_dahl
 from opensuction.hysteresis.generalised import Generalised
-from opensuction.hysteresis.model_state import ModelState
+from opensuction.hysteresis.play import ModelState
 from tests.hysteresis import distributed_play
 
 Array = NDArray[np.float64]

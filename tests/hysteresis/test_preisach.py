@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.hysteresis import play, preisach
-from opensuction.hysteresis.model_state import ModelState
+from opensuction.hysteresis.play import ModelState
 from opensuction.hysteresis.preisach import Preisach
 
 Array = NDArray[np.float64]

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
 from opensuction.identification.estimator import nonlinear
 from opensuction.identification.judgement.diagnosis import Labels
-from opensuction.identification.method import METHODS, MODELS, methods_of
-from opensuction.identification.workbench import compare, identify
+from opensuction.identification.workbench import METHODS, MODELS, compare, identify, methods_of
 from opensuction.kernel.errors import InputError
 from tests.identification.plant import paper_plant
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.ipc.event_ring import EventReader, EventWriter
+from opensuction.ipc.ring import EventReader, EventWriter
 
 
 @given(words=st.lists(st.text(max_size=2048), min_size=1, max_size=8))

@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.ipc import mailbox
-from opensuction.ipc.event_ring import EventWriter
 from opensuction.ipc.mailbox import Mailbox, MailboxAnswer, Sender
+from opensuction.ipc.ring import EventWriter
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.requests import ABORT, NO_REQUESTS
+from opensuction.kernel.interface import ABORT, NO_REQUESTS
 
 AT = "2026-11-23T12:00:00Z"
 

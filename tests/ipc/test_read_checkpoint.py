@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.ipc.read_checkpoint import Place, ReadCheckpoint
+from opensuction.ipc.ring import Place, ReadCheckpoint
 
 NUMBERS = st.integers(0, 2**62)
 

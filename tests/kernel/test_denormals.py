@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.evidence.safety_case.hazard_case import COMPENSATION
-from opensuction.kernel.denormals import TINY, drop_tiny
-from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.kernel.arithmetic import TINY, drop_tiny
+from opensuction.kernel.interface import NO_REQUESTS, START
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation import closed_loop, trace

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel import duration
+from opensuction.kernel import arithmetic
 
 DT_S = 0.01
 
@@ -12,7 +12,7 @@ DT_S = 0.01
 def added(holds: list[bool], fade: float) -> float:
     seconds = 0.0
     for one in holds:
-        seconds = duration.add_up(seconds, one, fade, DT_S)
+        seconds = arithmetic.add_up_duration(seconds, one, fade, DT_S)
     return seconds
 
 

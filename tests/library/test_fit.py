@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import opensuction as osn
-from opensuction.identification.method import MODELS
+from opensuction.identification.workbench import MODELS
 from tests.cli.command import opensuction
 from tests.library.recordings import bench, strokes, wrist
 

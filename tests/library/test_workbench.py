@@ -6,7 +6,7 @@ import pytest
 
 import opensuction as osn
 from opensuction.identification import workbench
-from opensuction.identification.method import MODELS
+from opensuction.identification.workbench import MODELS
 from tests.library.recordings import bench
 
 

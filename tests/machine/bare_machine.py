@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.readings import NO_MONITOR, Readings
+from opensuction.kernel.interface import NO_MONITOR, Readings
 from opensuction.kernel.record import Array, make_zero
-from opensuction.machine import backend
+from opensuction.machine import port
 from opensuction.machine.port import NOTHING, Capabilities, MachineFacts
 from tests.controller.bedside import at_bed
 
@@ -70,5 +70,5 @@ attach = BareMachine
 
 def prepare(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have the machine of a folder be one of these, for a test."""
-    monkeypatch.setitem(backend.MODULES, NAME, __name__)
-    backend.name_backend(folder, NAME)
+    monkeypatch.setitem(port.MODULES, NAME, __name__)
+    port.name_backend(folder, NAME)

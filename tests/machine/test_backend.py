@@ -7,9 +7,8 @@ import pytest
 
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.errors import InputError
-from opensuction.machine import backend
-from opensuction.machine.backend import BACKEND
-from opensuction.machine.port import EVERYTHING, NOTHING
+from opensuction.machine import port as machine_port
+from opensuction.machine.port import BACKEND, EVERYTHING, NOTHING
 from opensuction.machine.twin.live_judge import LiveJudge
 from opensuction.machine.twin.twin_machine import TwinMachine
 from opensuction.machine.twin.twin_process import SHOWN
@@ -33,23 +32,23 @@ def begin_older(folder: Path) -> None:
 
 
 def test_a_folder_is_attached_to_by_the_kind_that_it_names(bare: Path) -> None:
-    assert isinstance(backend.attach(bare), BareMachine)
-    assert backend.load(bare).hand_of(bare) is None
-    assert backend.load(bare).capabilities_of(bare) == NOTHING
+    assert isinstance(machine_port.attach(bare), BareMachine)
+    assert machine_port.load(bare).hand_of(bare) is None
+    assert machine_port.load(bare).capabilities_of(bare) == NOTHING
 
 
 def test_a_twin_of_an_older_version_names_no_kind_and_is_attached_to(tmp_path: Path) -> None:
     begin_older(tmp_path)
-    port = backend.attach(tmp_path)
+    port = machine_port.attach(tmp_path)
     port.close()
     assert isinstance(port, TwinMachine)
     assert port.facts.capabilities == EVERYTHING
-    assert backend.load(tmp_path).capabilities_of(tmp_path) == EVERYTHING
+    assert machine_port.load(tmp_path).capabilities_of(tmp_path) == EVERYTHING
     assert not (tmp_path / BACKEND).exists()
 
 
 def test_a_folder_with_nothing_in_it_is_refused_in_one_line(tmp_path: Path) -> None:
-    for opened in (backend.attach, backend.open_truth, backend.check_faults):
+    for opened in (machine_port.attach, machine_port.open_truth, machine_port.check_faults):
         with pytest.raises(InputError, match=f"no ring at .*{SHOWN}") as refused:
             opened(tmp_path)
         assert "\n" not in str(refused.value)
@@ -59,23 +58,23 @@ def test_a_folder_with_nothing_in_it_is_refused_in_one_line(tmp_path: Path) -> N
 def test_an_unknown_kind_is_refused_with_those_that_are_known(named: str, tmp_path: Path) -> None:
     (tmp_path / BACKEND).write_text(named)
     with pytest.raises(InputError, match=r"unknown kind of machine .*; known: twin$"):
-        backend.attach(tmp_path)
+        machine_port.attach(tmp_path)
 
 
 def test_what_is_no_text_names_none_and_is_not_taken_for_a_twin(tmp_path: Path) -> None:
     begin_older(tmp_path)
     (tmp_path / BACKEND).write_bytes(b"\xff\xfe")
     with pytest.raises(InputError, match="does not name the kind"):
-        backend.load(tmp_path)
+        machine_port.load(tmp_path)
     (tmp_path / BACKEND).unlink()
     (tmp_path / BACKEND).mkdir()
     with pytest.raises(InputError, match="does not name the kind"):
-        backend.load(tmp_path)
+        machine_port.load(tmp_path)
 
 
 def test_a_machine_that_knows_no_truth_is_not_judged(bare: Path) -> None:
     with pytest.raises(InputError, match=r"\(bare\) tells no truth: only a twin is judged"):
-        backend.open_truth(bare)
+        machine_port.open_truth(bare)
 
 
 def test_no_fault_is_put_into_a_machine_that_takes_none(bare: Path) -> None:
@@ -88,16 +87,16 @@ def test_no_fault_is_put_into_a_machine_that_takes_none(bare: Path) -> None:
 
 def test_a_truth_that_lacks_what_is_judged_is_refused_by_name(tmp_path: Path) -> None:
     begin_older(tmp_path)
-    truth = backend.open_truth(tmp_path)
+    truth = machine_port.open_truth(tmp_path)
     truth.columns = tuple(name for name in SHOWN_COLUMNS if name != "truth.piece_mm")
     with pytest.raises(InputError, match=r"truth lacks truth\.piece_mm: it cannot be judged"):
         LiveJudge(truth, 30.0)
 
 
 def test_every_kind_has_what_a_backend_has(tmp_path: Path) -> None:
-    for name in backend.MODULES:
-        backend.name_backend(tmp_path, name)
-        found = backend.load(tmp_path)
+    for name in machine_port.MODULES:
+        machine_port.name_backend(tmp_path, name)
+        found = machine_port.load(tmp_path)
         assert callable(found.attach)
         assert callable(found.capabilities_of)
         assert callable(found.hand_of)

@@ -28,10 +28,10 @@ def campaign(*arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_every_mistake_in_the_lights_is_noticed(tmp_path: Path) -> None:
     out = tmp_path / "score.json"
-    source = target("safety.alarm.visual_signal").path()
+    source = target("safety.alarm.alarm_signal:is_lit").path()
     before = source.read_bytes()
     done = campaign(
-        "safety.alarm.visual_signal", "--workers", "2", "--out", str(out), "--least", "100"
+        "safety.alarm.alarm_signal:is_lit", "--workers", "2", "--out", str(out), "--least", "100"
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
@@ -40,7 +40,7 @@ def test_every_mistake_in_the_lights_is_noticed(tmp_path: Path) -> None:
     assert score["mutants"] == score["killed"] > 0
     assert score["score_percent"] == 100.0
     (module,) = score["modules"]
-    assert module["module"] == "opensuction.safety.alarm.visual_signal"
+    assert module["module"] == "opensuction.safety.alarm.alarm_signal"
     assert module["survivors"] == []
 
 
@@ -63,7 +63,7 @@ def test_every_module_of_safety_is_tried_with_tests_that_exist() -> None:
 
 def test_a_module_without_tests_is_an_error() -> None:
     with pytest.raises(FileNotFoundError, match=r"no tests for opensuction\.safety\.tip_bound"):
-        Target("opensuction.safety.tip_bound", ("tests/safety/test_nowhere.py",)).test_files()
+        Target("opensuction.safety.limits", ("tests/safety/test_nowhere.py",)).test_files()
 
 
 def test_the_score_is_the_share_that_was_noticed() -> None:

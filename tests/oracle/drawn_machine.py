@@ -3,13 +3,13 @@
 from functools import cache
 
 from opensuction.evidence.campaign import played_cycle, sound_machine
-from opensuction.evidence.campaign.healthy_cycle import HealthyCycle
 from opensuction.evidence.campaign.played_cycle import PLAYED
-from opensuction.evidence.trial import cohort
+from opensuction.evidence.campaign.sound_machine import HealthyCycle
+from opensuction.evidence.trial import draw
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.simulation.injection.faulty_run import RowBuffer
 
-KINDS = cohort.list_kinds(cohort.PRESETS)
+KINDS = draw.list_kinds(draw.PRESETS)
 
 
 def prepare(index: int, first_seed: int) -> Prepared:

@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import pytest
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.safety.condition import Condition
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.first_sign import SIGNS
+from opensuction.simulation.injection.injection import SIGNS
 from opensuction.simulation.injection.run_judgement import COLUMNS, Judgement
 from opensuction.twin.fault.fault import Fault
 from tests.quiet_patient import quiet

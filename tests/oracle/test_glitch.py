@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from opensuction.evidence.campaign import fault_placement
-from opensuction.evidence.campaign.healthy_cycle import AIRWAY
+from opensuction.evidence.campaign import sound_machine
+from opensuction.evidence.campaign.sound_machine import AIRWAY
 from opensuction.oracle import exposure
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
@@ -69,7 +69,7 @@ def assert_nobody_left_inside(
         prepared = machines[number % len(machines)]
         fault = faults[number // len(machines) % len(faults)]
         healthy = drawn_machine.play_healthy(prepared)
-        at = FaultInstant(None, fault_placement.find_time_s(healthy, AIRWAY, draws.random()))
+        at = FaultInstant(None, sound_machine.find_time_s(healthy, AIRWAY, draws.random()))
         wrong = Injection(fault, at, strength_of(fault, draws.random()))
         run = injection.run(prepared.loop, prepared.start, [wrong], after_s=WATCHED_S)
         came += not np.isnan(run.faults[0].at_s)
@@ -117,7 +117,7 @@ def test_readings_that_begin_to_come_late_change_nothing(
     draws = np.random.default_rng([13, 3, round(1000 * delay_s)])
     for prepared in machines[::3]:
         healthy = drawn_machine.play_healthy(prepared)
-        at = FaultInstant(None, fault_placement.find_time_s(healthy, AIRWAY, draws.random()))
+        at = FaultInstant(None, sound_machine.find_time_s(healthy, AIRWAY, draws.random()))
         late = Injection(Fault.READING_LATE, at, delay_s)
         run = injection.run(prepared.loop, prepared.start, [late], after_s=WATCHED_S)
         assert not exposure.measure(prepared.rig.machine, run.columns).inside_at_end

@@ -7,11 +7,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.record import Array
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.oracle import exposure, harm
-from opensuction.oracle.bound import ADVANCE_MM, BOUNDS, CLOSING_S, FORCE_N, SOURCES, AgeBounds
-from opensuction.oracle.exposure import PatientExposure
+from opensuction.oracle.exposure import (
+    ADVANCE_MM,
+    BOUNDS,
+    CLOSING_S,
+    FORCE_N,
+    SOURCES,
+    AgeBounds,
+    PatientExposure,
+)
 from opensuction.oracle.harm import NAMES
 from opensuction.session.cycle import cycle_run
 from opensuction.simulation import rig as rigs

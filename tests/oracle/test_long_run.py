@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.record import Array
-from opensuction.oracle import exposure, harm, long_run
-from opensuction.oracle.harm import AIRWAY_TIME, FORCE, LEFT_INSIDE
-from opensuction.oracle.long_run import APART_S, REST_S, LongRun
+from opensuction.oracle import exposure, harm
+from opensuction.oracle.harm import AIRWAY_TIME, APART_S, FORCE, LEFT_INSIDE, REST_S, LongRun
 from opensuction.simulation import rig as rigs
 
 MACHINE = rigs.rig("clinical", 1, patient="child-10kg").machine
@@ -53,7 +52,7 @@ def test_three_cycles_of_fifteen_seconds_with_a_rest_between_are_none_of_45() ->
     """A child may bear 20 s in a run."""
     cycle = ((5.0, OUT_MM), (15.0, 10.0), (APART_S + 3.0, OUT_MM))
     run = judged(truth(*cycle, *cycle, *cycle))
-    assert long_run.worst(run.runs) == ()
+    assert harm.worst(run.runs) == ()
     stays = [one.borne.in_airway_s for one in run.runs]
     assert stays == pytest.approx([15.0, 15.0, 15.0, 0.0], abs=1e-6)
 
@@ -61,7 +60,7 @@ def test_three_cycles_of_fifteen_seconds_with_a_rest_between_are_none_of_45() ->
 def test_stays_that_follow_each_other_at_once_are_one() -> None:
     short = ((15.0, 10.0), (APART_S - 1.0, OUT_MM))
     run = judged(truth((5.0, OUT_MM), *short, *short))
-    (found,) = long_run.worst(run.runs)
+    (found,) = harm.worst(run.runs)
     assert found.name == AIRWAY_TIME
     assert found.worst == pytest.approx(30.0, abs=1e-6)
 
@@ -74,7 +73,7 @@ def test_whoever_knows_that_the_patient_has_recovered_may_say_so() -> None:
     run.begin()
     run.add(short | {"time_s": short["time_s"] + 17.0})
     assert len(run.runs) == 2
-    assert long_run.worst(run.runs) == ()
+    assert harm.worst(run.runs) == ()
 
 
 def test_what_was_broken_in_any_of_them_stays_the_worst_first() -> None:
@@ -82,7 +81,7 @@ def test_what_was_broken_in_any_of_them_stays_the_worst_first() -> None:
     force[1000], force[5000] = 0.5, 0.4
     columns = truth((10.0, 10.0), (20.0, OUT_MM), (10.0, 10.0), (20.0, OUT_MM), (10.0, 12.0))
     run = judged(columns | {"truth.contact_n": force})
-    found = {one.name: one for one in long_run.worst(run.runs)}
+    found = {one.name: one for one in harm.worst(run.runs)}
     assert list(found) == [LEFT_INSIDE, FORCE]
     assert found[FORCE].worst == 0.5
     assert found[LEFT_INSIDE].worst == 12.0
@@ -93,11 +92,11 @@ def test_a_tip_that_was_inside_where_a_piece_ended_and_came_out_was_not_left() -
     run = LongRun(MACHINE, math.inf)
     first = truth((1.0, OUT_MM), (1.0, 10.0))
     run.add(first)
-    assert [one.name for one in long_run.worst(run.runs)] == [LEFT_INSIDE]
+    assert [one.name for one in harm.worst(run.runs)] == [LEFT_INSIDE]
     run.begin()
     later = truth((1.0, OUT_MM))
     run.add(later | {"time_s": later["time_s"] + 2.0})
-    assert long_run.worst(run.runs) == ()
+    assert harm.worst(run.runs) == ()
 
 
 def test_a_long_rest_is_judged_piece_by_piece() -> None:

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence.campaign import fault_placement
-from opensuction.evidence.campaign.healthy_cycle import AIRWAY
+from opensuction.evidence.campaign import sound_machine
+from opensuction.evidence.campaign.sound_machine import AIRWAY
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, run_judgement
-from opensuction.simulation.injection.catheter_retention import GONE_S
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
+from opensuction.simulation.injection.run_judgement import GONE_S
 from opensuction.twin.fault.fault import Fault
 from tests.oracle import drawn_machine
 
@@ -37,7 +37,7 @@ def assert_all_out(machines: list[Prepared], numbers: range) -> None:
         prepared = machines[number % len(machines)]
         fault = LOOSE[number // len(machines) % len(LOOSE)]
         healthy = drawn_machine.play_healthy(prepared)
-        at_s = fault_placement.find_time_s(healthy, AIRWAY, draws.random())
+        at_s = sound_machine.find_time_s(healthy, AIRWAY, draws.random())
         assert_out(prepared, fault, at_s, 0.01 * (GONE_S / 0.01) ** draws.random())
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.vocabulary import CYCLE, Phase
 from opensuction.oracle import exposure
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection

@@ -4,11 +4,9 @@ from typing import Any
 
 import z3
 
-from opensuction.control import servo, valve
-from opensuction.control.servo import Servo, ServoState
-from opensuction.control.valve import ValveMotion
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import LARGEST, Readings
+from opensuction.control import servo
+from opensuction.control.servo import Servo, ServoState, ValveMotion
+from opensuction.kernel.interface import LARGEST, Readings, Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor import governor, limiter
 from opensuction.safety.head.head_vote import HeadVote
@@ -117,7 +115,7 @@ def _valve_ensures(doubles: Doubles, result: Any, motion: Any, *_: Any) -> z3.Bo
     return z3.And(cam_is_kept(doubles, motion, cam_rad), within(doubles, speed, 1e12))
 
 
-VALVE = Contract(valve.step, _valve_arguments, _valve_result, _valve_requires, _valve_ensures)
+VALVE = Contract(servo.step_valve, _valve_arguments, _valve_result, _valve_requires, _valve_ensures)
 
 
 def _locate_arguments(doubles: Doubles) -> list[Any]:

@@ -8,10 +8,9 @@ from typing import Any
 
 import z3
 
-from opensuction.control.servo import Servo
-from opensuction.control.valve import ValveMotion
+from opensuction.control.servo import Servo, ValveMotion
 from opensuction.controller.record import CoreState, Settings
-from opensuction.kernel.readings import LARGEST
+from opensuction.kernel.interface import LARGEST
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.head.head_vote import OUT_TICKS, SURPRISED_TICKS, HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pytest
 import z3
 
-from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.interface import Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor import judgement, limiter
 from opensuction.safety.handling import Reaction

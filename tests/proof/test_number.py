@@ -11,16 +11,16 @@ import pytest
 import z3
 
 from opensuction.control import compensation
-from opensuction.control.exact_inverse import HeadState
+from opensuction.control.backlash_inverse import HeadState
 from opensuction.controller import controller
 from opensuction.controller.record import CoreState, Inputs
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.interface import Requests
 from opensuction.procedure.cycle import button, interlocks
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.interlocks import Counters, Interlocks
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.safety.governor import forced_withdrawal
-from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
+from opensuction.safety.governor import governor
+from opensuction.safety.governor.governor import ForcedWithdrawal
 from opensuction.safety.watch import patient_watch
 from opensuction.safety.watch.patient_watch import PatientWatch
 from tests.proof.claim import (
@@ -152,7 +152,7 @@ def _asked_for(doubles: Doubles) -> dict[Callable[..., Any], Callable[..., Any]]
         interlocks.count: (Counters,),
         button.hold: (int,),
         patient_watch.step: (PatientWatch,),
-        forced_withdrawal.step: (ForcedWithdrawal,),
+        governor.step_withdrawal: (ForcedWithdrawal,),
     }
     return {function: _anything(doubles, *kinds) for function, kinds in given.items()}
 

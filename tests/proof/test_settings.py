@@ -6,10 +6,11 @@ from typing import Any
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import controller, settings_check
+from opensuction.controller import controller
+from opensuction.controller import record as record_module
 from opensuction.controller.record import Settings
-from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import Setpoints
 from opensuction.kernel.record import make_zero
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.governor import limiter
@@ -37,7 +38,7 @@ SHIPPED = {"bench": BENCH} | {
 
 
 def numbers(record: Any, path: str) -> list[tuple[str, float]]:
-    return list(settings_check._numbers(record, path))
+    return list(record_module._numbers(record, path))
 
 
 def bounds_of(path: str) -> tuple[float, float]:
@@ -50,12 +51,12 @@ def bounds_of(path: str) -> tuple[float, float]:
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_machine_is_within_what_the_proofs_ask_of_settings(name: str) -> None:
     settings = SHIPPED[name]
-    settings_check.check(settings)
+    record_module.check(settings)
     parts = ("limits", "insertion_servo", "valve_servo", "valve_motion")
     for part in parts:
         for path, value in numbers(getattr(settings, part), f"settings.{part}"):
             low, high = bounds_of(path)
-            assert low <= value <= high or path.removeprefix("settings.") in settings_check.OPEN
+            assert low <= value <= high or path.removeprefix("settings.") in record_module.OPEN
     for servo in (settings.insertion_servo, settings.valve_servo):
         assert servo.friction_v >= -servo.voltage_limit_v
 
@@ -75,19 +76,19 @@ def test_a_controller_starts_within_what_the_proofs_ask(name: str, head_mm: floa
     assert [path for path, value, size in held if not abs(value) <= size] == []
 
 
-SIGNED = (*settings_check.POSITIVE, *settings_check.NOT_NEGATIVE)
+SIGNED = (*record_module.POSITIVE, *record_module.NOT_NEGATIVE)
 
 
 @pytest.mark.parametrize("path", SIGNED)
 def test_a_setting_of_the_wrong_sign_is_refused(path: str) -> None:
     with pytest.raises(InputError, match=rf"settings\.{path} is -1.0: it must"):
-        settings_check.check(changed(BENCH, {path: -1.0}))
+        record_module.check(changed(BENCH, {path: -1.0}))
 
 
-@pytest.mark.parametrize("path", settings_check.POSITIVE)
+@pytest.mark.parametrize("path", record_module.POSITIVE)
 def test_a_setting_that_is_divided_by_is_not_0(path: str) -> None:
     with pytest.raises(InputError, match=rf"settings\.{path} is 0.0: it must be above 0"):
-        settings_check.check(changed(BENCH, {path: 0.0}))
+        record_module.check(changed(BENCH, {path: 0.0}))
 
 
 def test_the_limiter_would_push_with_a_negative_gain_of_speed() -> None:

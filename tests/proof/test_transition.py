@@ -11,18 +11,17 @@ from typing import Any, NamedTuple
 import pytest
 import z3
 
-from opensuction.control import profile, staged_path
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
-from opensuction.kernel.requests import Requests
+from opensuction.control import motion_profile
+from opensuction.kernel.interface import Readings, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import cycle, demand, progress, transition
-from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
-from opensuction.procedure.suction import line_flow, pace
-from opensuction.procedure.suction.pace import Pace, PacePlan
+from opensuction.procedure.suction import line_flow
+from opensuction.procedure.suction.line_flow import Pace, PacePlan
 from tests.proof.claim import all_of, assert_holds, at_most, implies, is_, plus, same
 from tests.proof.span import DT_S
 from tests.proof.table import proves
@@ -95,7 +94,7 @@ def step_cycle(doubles: AbstractDoubles) -> Tick:
         seen.append(events)
         return z3.Int("following")
 
-    ways = {profile.at: anything, staged_path.at: anything, cycle.excite: anything}
+    ways = {motion_profile.at: anything, motion_profile.staged_at: anything, cycle.excite: anything}
     tests = {
         progress.step_check: lambda *_: free(doubles, type(state.check), "checked"),
         progress.step_teaching: lambda *_: free(doubles, type(state.teaching), "taught"),
@@ -204,8 +203,8 @@ def test_a_way_never_turns() -> None:
         return doubles.free_finite("root", 0.0)
 
     translation = Translation(doubles, {math.sqrt: root})
-    way = profile.Profile(start, end, speed, acceleration)
-    _, velocity = translation.run(profile.at, way, time_s)
+    way = motion_profile.Profile(start, end, speed, acceleration)
+    _, velocity = translation.run(motion_profile.at, way, time_s)
     positive = all_of(
         z3.Not(at_most(doubles, speed, 0.0)), z3.Not(at_most(doubles, acceleration, 0.0))
     )
@@ -232,7 +231,7 @@ def test_what_comes_never_turns_the_way_out() -> None:
         late_s=doubles.free_finite("late", 0.0, 1e3),
         spare_s=doubles.free_finite("spare", 0.0, 1e3),
     )
-    after = Translation(doubles).run(pace.go_on, plan, before, z3.Bool("comes"), DT_S)
+    after = Translation(doubles).run(line_flow.go_on, plan, before, z3.Bool("comes"), DT_S)
     claim = all_of(
         at_most(doubles, 0.0, after.ratio),
         at_most(doubles, after.ratio, 1.0),

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 
 from opensuction.control import servo
 from opensuction.control.servo import Servo, ServoState
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings, Setpoints
 from opensuction.procedure.cycle import cycle
 from opensuction.safety.governor import judgement, limiter
 from opensuction.safety.head import head_vote
@@ -245,8 +244,8 @@ MISTAKES: dict[str, tuple[Callable[..., Any], str, str, Callable[[], None]]] = {
     ),
     "the clock of the airway rests while it sucks": (
         watch._extend_durations,
-        "extend(durations.inside_s, inside, dt_s)",
-        "extend(durations.inside_s, inside and not sucking, dt_s)",
+        "extend_duration(durations.inside_s, inside, dt_s)",
+        "extend_duration(durations.inside_s, inside and not sucking, dt_s)",
         lambda: test_way_out.test_the_clock_of_the_airway_goes_on(test_way_out.guard()),
     ),
     "the valve is open on the way in": (

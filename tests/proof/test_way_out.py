@@ -10,13 +10,12 @@ from typing import Any, NamedTuple
 import pytest
 import z3
 
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.phase import CYCLE, RESTING, Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings, Setpoints
+from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.transition import ACTIVE, TRANSITIONS, Event
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import RELEASING, WITHDRAWING
-from opensuction.safety.governor import forced_withdrawal, governor
+from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import GovernorState, Verdict
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
@@ -196,7 +195,7 @@ def test_the_clocks_of_a_withdrawal_go_on(guarded: Guarded) -> None:
     doubles, seen = guarded.doubles, guarded.following.watch
     forced = z3.And(is_away(guarded), is_(guarded.verdict.reaction, Reaction.WITHDRAW))
     before, after = guarded.state.withdrawal, guarded.following.withdrawal
-    comes = at_most(doubles, seen.speed_mm_per_s, -forced_withdrawal.LEAVING_MM_PER_S)
+    comes = at_most(doubles, seen.speed_mm_per_s, -governor.LEAVING_MM_PER_S)
     claim = z3.And(
         goes_on(doubles, before.forced_s, after.forced_s),
         goes_on(doubles, before.whole_s, after.whole_s),
@@ -218,10 +217,10 @@ def test_a_withdrawal_ends(guarded: Guarded) -> None:
     doubles, clocks = guarded.doubles, guarded.state.withdrawal
     late = z3.And(
         below(doubles, guarded.limits.withdrawal_s, clocks.forced_s),
-        below(doubles, forced_withdrawal.WAITING_S, clocks.waiting_s),
+        below(doubles, governor.WAITING_S, clocks.waiting_s),
     )
-    blocked = below(doubles, forced_withdrawal.BLOCKED_S, clocks.blocked_s)
-    longest_s = Translation(doubles).run(forced_withdrawal.longest_s, guarded.limits)
+    blocked = below(doubles, governor.BLOCKED_S, clocks.blocked_s)
+    longest_s = Translation(doubles).run(governor.longest_s, guarded.limits)
     over = below(doubles, longest_s, clocks.whole_s)
     claim = is_(guarded.verdict.reaction, Reaction.TORQUE_OFF)
     assert_holds(doubles, z3.Or(late, blocked, over), claim)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import standard_input
+from opensuction.recording import table
 from tests.cli.command import PROGRAM, Ran, opensuction
 from tests.library.recordings import bench
 
@@ -68,12 +68,12 @@ def test_what_is_no_recording_is_refused_by_its_name(
 
 
 def test_what_never_ends_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(standard_input, "LARGEST_TEXT_BYTES", 10_000_000)
+    monkeypatch.setattr(table, "LARGEST_TEXT_BYTES", 10_000_000)
     with Path("/dev/zero").open("rb") as endless:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(endless))
         with (
             pytest.raises(InputError, match="more than 10 MB, above the limit"),
-            standard_input.spool(),
+            table.spool(),
         ):
             pass
 
@@ -86,9 +86,9 @@ def test_a_terminal_is_no_recording(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Terminal(b"a,b\n")))
     with (
         pytest.raises(InputError, match="standard input: nothing is piped in"),
-        standard_input.spool(),
+        table.spool(),
     ):
         pass
     monkeypatch.setattr(sys, "stdin", None)
-    with pytest.raises(InputError, match="nothing is piped in"), standard_input.spool():
+    with pytest.raises(InputError, match="nothing is piped in"), table.spool():
         pass

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import bound, table, text_table
+from opensuction.recording import array_column, table, text_table
 
 MEASURED = Path(__file__).parents[2].parent / "shared" / "data" / "mrd"
 """Real recordings, beside the project where there are any."""
@@ -160,7 +160,7 @@ def test_unreadable_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_gigabytes_are_refused_with_size_and_limit(file: Path) -> None:
     with file.open("wb") as sparse:
         sparse.write(b"a,b\n1,2\n")
-        sparse.truncate(bound.LARGEST_TEXT_BYTES + 1)
+        sparse.truncate(array_column.LARGEST_TEXT_BYTES + 1)
     # A sparse file: zeros follow, so that nothing but the size is refused before the bytes are.
     with file.open("r+b") as filled:
         filled.write(b"a,b\n" + b"1,2\n" * (table.LOOKED_AT_BYTES // 4))

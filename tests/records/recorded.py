@@ -3,7 +3,7 @@
 from datetime import timedelta
 from pathlib import Path
 
-from opensuction.recording.cycle_file import extent
+from opensuction.recording.cycle_file import frame
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.records.entry import BoundFile, CycleEnd, Outcome
 from opensuction.records.records import Records
@@ -33,7 +33,7 @@ def write(folder: Path, cycle: int, part: int = 1, rows: int = 230) -> Path:
 
 def bound(path: Path, cycle: int, part: int = 1, is_closed: bool = True) -> BoundFile:
     """A file as it is now."""
-    (found,) = extent.measure(path)
+    (found,) = frame.measure(path)
     return BoundFile(path.name, name_of(cycle), part, str(path.parent), *found, is_closed)
 
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from sqlalchemy import Column, Connection, select, text
 
 from opensuction.kernel.errors import InputError
-from opensuction.records.database import column, schema
+from opensuction.records.database import schema
 from opensuction.records.records import Records
-from opensuction.records.trail import check
+from opensuction.records.trail import chain
 from opensuction.records.trail.chain import BEGINNING, to_canonical, to_hash
 from tests.cli.command import opensuction
 from tests.records import recorded
@@ -149,7 +149,7 @@ def cut(records: Records, after: int) -> None:
             select(schema.audit.c.entry).where(schema.audit.c.sequence > after)
         ).scalars()
         for entry in map(json.loads, list(gone)):
-            table = column.METADATA.tables[entry["table"]]
+            table = schema.METADATA.tables[entry["table"]]
             (key,) = table.primary_key.columns
             connection.execute(table.delete().where(key == entry["row"][key.name]))
         run(connection, f"DELETE FROM audit WHERE sequence > {after}")
@@ -238,7 +238,7 @@ def check_after(records: Records, statement: str, **values: object) -> str | Non
         unguarded(records) as connection,
     ):
         connection.execute(text(statement), values)
-        report = check.check(connection, frozenset())
+        report = chain.check(connection, frozenset())
         raise _EnoughError
     assert report is not None
     return report.broken
@@ -283,7 +283,7 @@ def test_any_change_behind_the_triggers_is_found(
         connection.execute(text(change), {**row, "said": said})
         after = connection.execute(text(one), row).scalars().all()
         is_same = [(type(value), value) for value in after] == [(type(before), before)]
-        report = check.check(connection, frozenset())
+        report = chain.check(connection, frozenset())
         assert (report.broken is None) == is_same
         raise _EnoughError
 

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from sqlalchemy import URL, event, make_url, text
 
 from opensuction.records import audit
-from opensuction.records.database import address, schema
-from opensuction.records.database.account_schema import access_token, account_state
+from opensuction.records.database import database as database_module
+from opensuction.records.database import schema
 from opensuction.records.database.failure import RecordsError
+from opensuction.records.database.schema import access_token, account_state
 from opensuction.records.records import Records
 from tests.records.conftest import in_server, on_both
 from tests.records.example import CLOGGED, COMPLETED, MACHINE, count_entries, fill, start
@@ -65,21 +66,21 @@ def test_an_address_that_is_none_is_refused(url: str, words: str) -> None:
 @given(st.text(st.characters(codec=None, exclude_categories=[]), max_size=30))
 def test_any_address_is_one_or_one_line(url: str) -> None:
     try:
-        address.parse(url)
+        database_module.parse(url)
     except RecordsError as refused:
         assert len(str(refused).splitlines()) == 1
 
 
 def test_no_password_is_ever_shown() -> None:
     url = "postgresql://anna:secret@host/records?password=secret&sslpassword=secret"
-    assert address.parse(url).shown == "postgresql://anna@host/records"
+    assert database_module.parse(url).shown == "postgresql://anna@host/records"
 
 
 def test_the_default_is_the_environment_s_else_the_user_s(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(address.VARIABLE, raising=False)
-    assert address.default().endswith("records.db")
-    monkeypatch.setenv(address.VARIABLE, "ward.db")
-    assert address.parse().shown == "ward.db"
+    monkeypatch.delenv(database_module.VARIABLE, raising=False)
+    assert database_module.default().endswith("records.db")
+    monkeypatch.setenv(database_module.VARIABLE, "ward.db")
+    assert database_module.parse().shown == "ward.db"
 
 
 def test_a_folder_is_no_database(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.records import audit
 from opensuction.records.database import schema
 from opensuction.records.records import Records
-from opensuction.records.trail.check import AuditReport
+from opensuction.records.trail.chain import AuditReport
 from tests.records.conftest import on_both
 from tests.records.example import MACHINE, RECORDING, fill, fill_accounts
 

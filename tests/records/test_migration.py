@@ -12,10 +12,11 @@ from sqlalchemy import CheckConstraint, inspect, text
 
 from opensuction.kernel import private_file
 from opensuction.records import audit
-from opensuction.records.database import address, column
+from opensuction.records.database import database as database_module
+from opensuction.records.database import schema
 from opensuction.records.database.database import Database, connect, create_file, find_triggers
 from opensuction.records.database.failure import RecordsError
-from opensuction.records.migration import guard, upgrade
+from opensuction.records.migration import upgrade
 from opensuction.records.records import Records
 from tests.records.example import COMPLETED, fill, start
 
@@ -35,7 +36,7 @@ def step(monkeypatch: pytest.MonkeyPatch, *folders: str) -> None:
 
 
 def opened(url: str) -> Database:
-    where = address.parse(url)
+    where = database_module.parse(url)
     create_file(where)
     database = connect(where, 5.0)
     database.prepare()
@@ -52,18 +53,18 @@ def version(url: str) -> str | None:
 
 def copies(url: str) -> list[Path]:
     """Copies from before beside a file; of a server's database none."""
-    file = address.parse(url).file
+    file = database_module.parse(url).file
     return [] if file is None else sorted(file.parent.glob(f"{file.name}.*Z"))
 
 
 def test_what_migrations_make_is_what_the_program_knows(url: str) -> None:
     with Records.open(url) as records, records.database.reading() as connection:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
-        differences = compare_metadata(context, column.METADATA)
+        differences = compare_metadata(context, schema.METADATA)
         assert differences == []
-        assert find_triggers(connection) == guard.name_triggers(connection.dialect.name)
+        assert find_triggers(connection) == upgrade.name_triggers(connection.dialect.name)
         seen = inspect(connection)
-        for table in column.METADATA.tables.values():
+        for table in schema.METADATA.tables.values():
             known = {
                 str(one.name): str(one.sqltext)
                 for one in table.constraints
@@ -109,7 +110,7 @@ def test_a_database_with_records_goes_to_a_later_version_and_keeps_them(
         assert records.audit(head.hash).broken is None
     assert version(url) == "9001"
     kept = copies(url)
-    assert len(kept) == (1 if address.parse(url).file else 0)
+    assert len(kept) == (1 if database_module.parse(url).file else 0)
     for copy in kept:
         assert f".{NEWEST}-" in copy.name
         monkeypatch.undo()
@@ -221,7 +222,7 @@ def test_an_older_database_is_not_changed_by_an_audit(
 def test_a_database_of_something_else_is_refused_and_left_alone(
     url: str, statements: list[str]
 ) -> None:
-    where = address.parse(url)
+    where = database_module.parse(url)
     create_file(where)
     database = connect(where, 5.0)
     with database.writing() as connection:

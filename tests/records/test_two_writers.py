@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import event, text
 
-from opensuction.records.database import file_lock
+from opensuction.records.database import database
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
 from tests.records.conftest import on_both
@@ -124,7 +124,7 @@ def test_no_checkpoint_runs_beside_a_writer(tmp_path: Path) -> None:
 
     def try_lock() -> None:
         try:
-            with file_lock.hold(file, 0.0):
+            with database.hold(file, 0.0):
                 free.append(True)
         except TimeoutError:
             free.append(False)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.report.identification.identification_series import FittedCurves
+from opensuction.report.identification.identification_page import FittedCurves
 from opensuction.result.identification_result import (
     ComparisonResult,
     FittedParameter,

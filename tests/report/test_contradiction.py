@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from opensuction.oracle import harm as oracle_harm
-from opensuction.report import harm as report_harm
+from opensuction.report import ending as report_harm
 from opensuction.report import narrative
-from opensuction.report.contradicting_alarms import WITNESSES
+from opensuction.report.figure import WITNESSES
 from opensuction.report.notice import CONSEQUENCES, PATIENT_FIRST, WORDS_INSIDE
 from opensuction.result.cycle_result import CycleResult
 from opensuction.safety.condition import Condition
@@ -65,8 +65,9 @@ def test_a_cycle_that_went_well_contradicts_nothing_and_is_green() -> None:
 def test_a_report_that_denied_an_alarm_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     alarm = example.ALARM | _row(Condition.NEGATIVE_PRESSURE_TIME)
     data = _well(alarms=[alarm | {"condition": "negative-pressure-time"}])
-    monkeypatch.setattr("opensuction.report.contradicting_alarms.WITNESSES", {})
-    monkeypatch.setattr("opensuction.report.contradicting_alarms.speaking", lambda *_: [])
+    monkeypatch.setattr("opensuction.report.figure.WITNESSES", {})
+    monkeypatch.setattr("opensuction.report.figure.speaking", lambda *_: [])
+    monkeypatch.setattr(narrative, "speaking", lambda *_: [])
     monkeypatch.setattr(
         narrative, "PARTS", (*narrative.PARTS, lambda _: "No limit and no alarm was raised.")
     )

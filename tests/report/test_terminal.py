@@ -4,8 +4,7 @@ import pytest
 from rich.console import Console
 
 from opensuction.report import terminal
-from opensuction.report.depth_bar import ASCII, UNICODE, depth_bar
-from opensuction.report.moment import Moment
+from opensuction.report.terminal import ASCII, UNICODE, Moment, depth_bar
 from tests.report import example
 
 CYCLE = (

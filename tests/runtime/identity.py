@@ -1,9 +1,9 @@
 """Identity of the machines of these tests."""
 
 from opensuction.records.entry import Catheter, Machine, SettingsFile
-from opensuction.runtime import machine_identity
+from opensuction.runtime import paths
 
-ABOUT = machine_identity.About(
+ABOUT = paths.About(
     machine=Machine("twin-1", "clinical", is_twin=True),
     catheter=Catheter("c-1", 6, 86_400),
     protocol=SettingsFile("neonate", "{}"),

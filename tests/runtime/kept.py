@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.tick_table import TICKS
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows, TimedEvent
+from opensuction.recording.cycle_file.row_schema import TICKS
 from opensuction.runtime import replay
 from opensuction.runtime.replay import Replay
 

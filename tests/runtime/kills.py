@@ -20,10 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.ipc.heartbeat import Heartbeat, Process
-from opensuction.ipc.process_lock import holder
-from opensuction.kernel.phase import CYCLE, RESTING, Phase
-from opensuction.machine import backend
+from opensuction.ipc.heartbeat import Heartbeat, Process, holder
+from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
+from opensuction.machine import port
 from opensuction.machine.twin.live_judge import LiveJudge
 from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome
@@ -31,8 +30,7 @@ from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
 from opensuction.runtime import launch, replay
 from opensuction.runtime.paths import CONTROLS, RECORDS, SUPERVISES
-from opensuction.runtime.supervised_process import HUNG_S
-from opensuction.runtime.supervisor import CONTROL_HUNG_S
+from opensuction.runtime.supervisor import CONTROL_HUNG_S, HUNG_S
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
@@ -96,8 +94,8 @@ class Ward(Room):
 
     def __init__(self, folder: Path, out: Path) -> None:
         super().__init__(folder)
-        self.out, self.truths = out, backend.open_truth(folder)
-        self.witness = LiveJudge(backend.open_truth(folder), self.cap_mm)
+        self.out, self.truths = out, port.open_truth(folder)
+        self.witness = LiveJudge(port.open_truth(folder), self.cap_mm)
         self.supervisor: subprocess.Popen[bytes] | None = None
         self.seen: list[np.ndarray] = []
         self.database = str(folder / "records.db")

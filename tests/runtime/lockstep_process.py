@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
+from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
 from opensuction.machine.port import MachineFacts
 from opensuction.machine.twin.twin_machine import READINGS

@@ -14,14 +14,14 @@ from pathlib import Path
 import pytest
 
 from opensuction.controller.configuration import Configuration
+from opensuction.ipc.heartbeat import holder
 from opensuction.ipc.mailbox import Sender
-from opensuction.ipc.process_lock import holder
 from opensuction.ipc.ring import RingReader
-from opensuction.kernel.phase import CYCLE, RESTING, Phase
-from opensuction.machine import backend
+from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
+from opensuction.machine import port
 from opensuction.machine.twin import twin_machine
-from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.runtime import launch, machine_identity
+from opensuction.procedure.cycle.lock_out import Refusal
+from opensuction.runtime import launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import ASK, CONTROLS, RECORDS, RING
 from opensuction.safety.condition import Condition
@@ -71,9 +71,7 @@ class Room:
 
     def mend(self) -> None:
         """Undo what a test has done: a controller runs, and no recorder does."""
-        machine_identity.write(
-            self.folder, ABOUT._replace(database=str(self.folder / "records.db"))
-        )
+        paths.write(self.folder, ABOUT._replace(database=str(self.folder / "records.db")))
         if self.recorder is not None:
             self.recorder.kill()
             self.recorder.communicate()
@@ -130,7 +128,7 @@ class Room:
         return int(self.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
 
     def truth(self, name: str) -> float:
-        truth = backend.open_truth(self.folder)
+        truth = port.open_truth(self.folder)
         newest = truth.newest()
         assert newest is not None
         return float(newest[truth.columns.index(name)])

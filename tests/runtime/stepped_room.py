@@ -13,14 +13,12 @@ import numpy as np
 
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.ipc.deadline_scheduler import NS_PER_S
-from opensuction.ipc.event_ring import EventWriter
 from opensuction.ipc.heartbeat import Heartbeat
 from opensuction.ipc.mailbox import Mailbox, MailboxAnswer, MailboxRequest
-from opensuction.ipc.ring import RingWriter
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
-from opensuction.kernel.phase import RESTING, Phase
+from opensuction.ipc.ring import EventWriter, RingWriter
+from opensuction.kernel.interface import MESSAGE_COLUMNS, NO_REQUESTS, START, Requests
 from opensuction.kernel.record import Array
-from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.machine.port import EVERYTHING, MachineFacts
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import READINGS

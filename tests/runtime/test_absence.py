@@ -8,10 +8,9 @@ import pytest
 from opensuction.ipc import heartbeat
 from opensuction.ipc.deadline_scheduler import NS_PER_S
 from opensuction.ipc.heartbeat import Heartbeat, Process, Signs
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
-from opensuction.runtime.absence import LOST_S, MISSED_S, STARTS_S, is_lost
-from opensuction.runtime.loop import LOOK_S, ROW_COLUMNS
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
+from opensuction.runtime.loop import LOOK_S, LOST_S, MISSED_S, ROW_COLUMNS, STARTS_S, is_lost
 from opensuction.runtime.paths import SLOTS_S
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import UNANSWERED_S

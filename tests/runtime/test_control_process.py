@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from opensuction.ipc.event_ring import EventReader
-from opensuction.kernel.phase import Phase
+from opensuction.ipc.ring import EventReader
+from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import EVENTS
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.runtime.paths import SLOTS_S
 from tests.runtime.kept import replayed, ticks_of, told_of
 from tests.runtime.machine_room import PACES, Room, running, wait

@@ -20,9 +20,8 @@ from opensuction.controller.record import Inputs, Outputs, State
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.compiler.dispatcher import CoreFunction
-from opensuction.kernel.requests import Host
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.procedure.planning.site import BENCH_SITE
+from opensuction.kernel.interface import Host
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 
 DT_S = 0.001
 NAN = math.nan

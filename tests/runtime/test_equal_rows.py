@@ -20,12 +20,12 @@ from opensuction.controller.real_time_call import (
 )
 from opensuction.controller.record import State
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.interface import NO_REQUESTS, START, Requests
 from opensuction.kernel.record import Array
-from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning import clinical
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.session.cycle import fault_choice
+from opensuction.session.cycle import resolution
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
@@ -123,7 +123,7 @@ FAULTS = (
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_cycle_with_a_fault_is_the_same_in_every_bit(name: str) -> None:
     loop, start = ready(ADULT)
-    run = injection.run(loop, start, fault_choice.resolve((name,), "travel"))
+    run = injection.run(loop, start, resolution.resolve_faults((name,), "travel"))
     call, ticks = call_of(loop, start), run.columns["time_s"].size
     said, kept = np.zeros((ticks, len(OUTPUT_COLUMNS))), np.zeros((ticks, len(STATE_COLUMNS)))
     call.run(fed(run.columns, start.tick, START), said, kept)

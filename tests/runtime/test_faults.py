@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.machine import backend
+from opensuction.kernel.vocabulary import RESTING, Phase
+from opensuction.machine import port
 from opensuction.machine.twin import twin_faults
 from opensuction.machine.twin.live_judge import LiveJudge
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
-from opensuction.session.cycle import fault_choice
+from opensuction.session.cycle import resolution
 from tests.runtime.kept import replayed, told_of
 from tests.runtime.machine_room import PACES, Room, running, wait
 
@@ -29,12 +29,12 @@ def room(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Room]:
 
 
 def test_cycles_with_faults_replay_and_the_oracle_finds_no_harm(room: Room, tmp_path: Path) -> None:
-    witness = LiveJudge(backend.open_truth(room.folder), room.cap_mm)
+    witness = LiveJudge(port.open_truth(room.folder), room.cap_mm)
     for fault in FAULTS:
         twin_faults.heal(room.folder)
         assert wait(lambda: witness.look() > 0 and room.phase() in RESTING, 60.0)
         witness.begin()
-        twin_faults.inject(room.folder, [fault_choice.parse(fault)])
+        twin_faults.inject(room.folder, [resolution.parse(fault)])
         room.begin_cycle(witness.look)
         assert wait(lambda: (witness.look(), room.phase() in RESTING)[1], 60.0), fault
         assert room.phase() in (Phase.HALTED, Phase.PARKED)

@@ -8,11 +8,11 @@ import pytest
 
 from opensuction.ipc.ring import Read
 from opensuction.kernel.record import Array
-from opensuction.recording.cycle_file import extent
+from opensuction.recording.cycle_file import frame
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import BoundFile
 from opensuction.records.records import Records
-from opensuction.records.trail.check import AuditReport
+from opensuction.records.trail.chain import AuditReport
 from opensuction.runtime import flushed, paths
 from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.flushed import Flushed, Note
@@ -88,7 +88,7 @@ def test_a_recording_that_was_closed_is_bound_as_it_lies_there(rows: Array, kept
     assert recorder.take_ended() == [path.name]
     assert recorder.take_ended() == []
     note = Flushed(kept.notes).left()[path.name]
-    (found,) = extent.measure(path)
+    (found,) = frame.measure(path)
     expected = BoundFile(path.name, path.name, 1, str(kept.out), *found, True)
     assert flushed.bind(path.name, note) == expected
     reader = RecordingReader(path)
@@ -165,7 +165,7 @@ def test_killed_in_a_write_the_file_is_bound_as_it_was_left(kept: Kept, share: f
     path = kept.out / "run-000000001.mcap"
     whole = bytes(range(256)) * 10
     path.write_bytes(whole)
-    before, after = extent.measure(path, 2000)
+    before, after = frame.measure(path, 2000)
     path.write_bytes(whole[: round(2000 + share * 560)])
     Flushed(kept.notes).put(path.name, Note(path.name, 1, str(kept.out), before, after))
     kept.bind()

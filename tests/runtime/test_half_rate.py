@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle import exposure, harm
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.session.choice import CycleChoice, RigChoice

@@ -12,23 +12,21 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.readings import Readings
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START, Readings
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.injection import faulty_machine, run_judgement
+from opensuction.simulation.injection import fault_instant, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
 from opensuction.simulation.injection.run_judgement import Judgement
 from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import LinkEffect, ReadingEffect
+from opensuction.twin.fault.fault_row import FaultOnset, LinkEffect, ReadingEffect
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.fault_time import FaultOnset
 from tests.runtime.stepped_room import SteppedRoom
 
 LIMIT_S, AFTER_S = 45.0, 6.0
@@ -44,7 +42,7 @@ FAULTS = [
     fault
     for fault, row in ROWS.items()
     if fault not in OF_CONTROLLER
-    and (faulty_machine.is_of_machine(fault) or isinstance(row.effect, ReadingEffect | LinkEffect))
+    and (fault_instant.is_of_machine(fault) or isinstance(row.effect, ReadingEffect | LinkEffect))
 ]
 INSTANTS = (
     FaultInstant(Phase.INSERTING, 2.0),
@@ -65,9 +63,9 @@ class Course(NamedTuple):
         """What is played now."""
         fault, strength = self.injection.fault, self.injection.strength
         row, wiring = ROWS[fault], self.sound.wiring
-        if faulty_machine.is_of_machine(fault):
+        if fault_instant.is_of_machine(fault):
             came = [(self.injection, now_s - self.began_s)]
-            broken = faulty_machine.break_machine(self.sound.machine, came, mains=True)
+            broken = fault_instant.break_machine(self.sound.machine, came, mains=True)
             return self.sound._replace(machine=broken)
         shown = room.machine.call.shown_row
         onset = FaultOnset(strength, int(shown[SHOWN_COLUMNS.index("tick")]) + 1, DT_S)
@@ -81,7 +79,7 @@ class Course(NamedTuple):
 
     def next_s(self, now_s: float) -> float:
         """When it changes again."""
-        return now_s + faulty_machine.next_change_s(self.injection, now_s - self.began_s)
+        return now_s + fault_instant.next_change_s(self.injection, now_s - self.began_s)
 
 
 def judge(folder: Path, choice: CycleChoice, injection: Injection, period: int) -> Judgement:

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.ipc.event_ring import ProcessEvent
-from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.ipc.ring import ProcessEvent
+from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
 from opensuction.runtime.journal import Begun, ControllerRun, Entry, Journal, in_words

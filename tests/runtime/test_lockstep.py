@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.vocabulary import CYCLE, Phase
 from tests.runtime.machine_room import INSIDE_MM, running, wait
 
 pytestmark = pytest.mark.real_time(machine_s=0.5)

@@ -7,12 +7,12 @@ import pytest
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import Right
 from opensuction.cli import completion
-from opensuction.cli.command.run_help import ASK as ASK_HELP
+from opensuction.cli.command.run import ASK_DETAILS as ASK_HELP
 from opensuction.ipc.mailbox import Mailbox
-from opensuction.kernel.requests import NO_REQUESTS, STOP, Requests
-from opensuction.runtime import controller_request, paths
+from opensuction.kernel.interface import NO_REQUESTS, STOP, Requests
+from opensuction.runtime import launch, paths
 from opensuction.runtime.machine_button import BUTTONS, BY_NAME, MachineButton
-from opensuction.session.running import remote_request
+from opensuction.session.running import run
 
 BY_FIELD = {button.field: button for button in BUTTONS}
 
@@ -47,18 +47,18 @@ def test_every_button_is_pressed_by_the_command_line(
     mailbox = Mailbox(tmp_path / paths.ASK)
 
     def deliver(folder: Path, what: str, who: str, key: str, _: float) -> str:
-        controller_request.send(folder, what, who, key)
+        launch.send(folder, what, who, key)
         requests, (answer,) = mailbox.receive()
         assert requests == NO_REQUESTS._replace(**{button.field: True})
         assert answer.ask == button.field
         return answer.verdict
 
     monkeypatch.setattr(paths, "find", lambda _: tmp_path)
-    monkeypatch.setattr(controller_request, "ask", deliver)
-    monkeypatch.setattr(remote_request, "_find_phase", lambda _: "parked")
+    monkeypatch.setattr(launch, "ask", deliver)
+    monkeypatch.setattr(run, "_find_phase", lambda _: "parked")
     try:
         typed = button.field if is_typed_as_recorded else button.name
-        answer = remote_request.ask("ward", typed, "Kim")
+        answer = run.ask("ward", typed, "Kim")
     finally:
         mailbox.close()
     assert (answer.request, answer.verdict) == (button.name, "pressed")

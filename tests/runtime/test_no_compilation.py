@@ -21,12 +21,12 @@ import pytest
 from numba.core import event
 
 from opensuction.ipc import mailbox
+from opensuction.kernel.arithmetic import extend_duration
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.duration import extend
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import ABORT, NO_REQUESTS, START, Requests
+from opensuction.kernel.interface import ABORT, NO_REQUESTS, START, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.machine.twin.twin_machine import READINGS
-from opensuction.simulation.injection.faulty_machine import is_of_machine
+from opensuction.simulation.injection.fault_instant import is_of_machine
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin.fault.fault_table import ROWS
 from tests.controller.bedside import at_bed
@@ -74,12 +74,12 @@ def test_what_is_counted_is_compilation() -> None:
     with counted() as taken:
         numba.njit(lambda value: value + 1)(1)
     assert taken
-    extend(0.0, True, 0.001)
+    extend_duration(0.0, True, 0.001)
     with counted() as taken:
-        extend(0.0, True, 0.001)
+        extend_duration(0.0, True, 0.001)
     assert not taken
     with counted() as taken:
-        extend(np.float32(0.0), True, 0.001)  # type: ignore[arg-type]  # another one: all anew
+        extend_duration(np.float32(0.0), True, 0.001)  # type: ignore[arg-type]  # another one: all anew
     assert taken
 
 

@@ -14,16 +14,15 @@ import pytest
 
 from opensuction.controller.configuration import Configuration
 from opensuction.ipc.deadline_scheduler import Allowed
-from opensuction.ipc.event_ring import EventReader
 from opensuction.ipc.mailbox import Sender
-from opensuction.ipc.ring import RingReader
-from opensuction.kernel.disclaimer import NOT_A_DEVICE
+from opensuction.ipc.ring import EventReader, RingReader
+from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.machine import port
 from opensuction.machine.port import EVERYTHING, NOTHING, Description, describe
-from opensuction.recording.cycle_file.heading import NOTICE
+from opensuction.recording.cycle_file.frame import NOTICE
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.records import Records
-from opensuction.runtime import control_process, launch, machine_identity, recorder_process
+from opensuction.runtime import control_process, launch, paths, recorder_process
 from opensuction.runtime.control_process import say_lacking
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import ASK, EVENTS, RING
@@ -80,7 +79,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         machine=ABOUT.machine._replace(serial="bare-1", is_twin=False),
         database=str(tmp_path / "records.db"),
     )
-    machine_identity.write(tmp_path, about)
+    paths.write(tmp_path, about)
     ending = Ending(monkeypatch)
     monkeypatch.setattr(
         control_process, "hardened", lambda: nullcontext(Allowed("other", False, ()))

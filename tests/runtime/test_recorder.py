@@ -12,11 +12,11 @@ from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.ipc.ring import Read
 from opensuction.kernel import arithmetic_fingerprint
-from opensuction.kernel.phase import RESTING
+from opensuction.kernel.interface import ABORT, ASSESSED, OXYGEN_SKIPPED, RESET, START
 from opensuction.kernel.record import Array
-from opensuction.kernel.requests import ABORT, ASSESSED, OXYGEN_SKIPPED, RESET, START
-from opensuction.recording.cycle_file.heading import Heading
-from opensuction.recording.cycle_file.tick_table import STATE_PART
+from opensuction.kernel.vocabulary import RESTING
+from opensuction.recording.cycle_file.frame import Heading
+from opensuction.recording.cycle_file.row_schema import STATE_PART
 from opensuction.runtime.loop import TIMING_COLUMNS
 from opensuction.runtime.recorder import Recorder
 from tests.controller.bedside import hurried

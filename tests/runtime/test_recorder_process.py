@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from opensuction.controller import configuration
-from opensuction.ipc.event_ring import EventReader
-from opensuction.ipc.read_checkpoint import ReadCheckpoint
-from opensuction.ipc.ring import RingReader
-from opensuction.kernel.phase import RESTING, Phase
+from opensuction.ipc.ring import EventReader, ReadCheckpoint, RingReader
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
-from opensuction.runtime import machine_identity
+from opensuction.runtime import paths
 from opensuction.runtime.control_process import settings_file
 from opensuction.runtime.paths import CONFIGURATION, EVENTS, MARK, RING
 from tests.runtime.identity import ABOUT
@@ -175,7 +173,7 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     room.stop()
     room.begin()
     database = tmp_path / "away" / "records.db"
-    machine_identity.write(room.folder, ABOUT._replace(database=str(database)))
+    paths.write(room.folder, ABOUT._replace(database=str(database)))
     (tmp_path / "away").write_text("no folder")
     room.record(tmp_path)
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
@@ -196,9 +194,9 @@ def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
 ) -> None:
     database = str(tmp_path / "records.db")
     told = ABOUT._replace(database=database)
-    machine_identity.write(room.folder, told)
+    paths.write(room.folder, told)
     room.record(tmp_path)
-    machine_identity.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
+    paths.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder()

@@ -7,12 +7,17 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.cycle_file import tick_table
-from opensuction.recording.cycle_file.heading import Heading
+from opensuction.recording.cycle_file import row_schema
+from opensuction.recording.cycle_file.frame import Heading
 from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import SchemaColumn
-from opensuction.recording.cycle_file.tick_table import STARTS, TABLES, TICK_COLUMNS, TICKS
+from opensuction.recording.cycle_file.row_schema import (
+    STARTS,
+    TABLES,
+    TICK_COLUMNS,
+    TICKS,
+    SchemaColumn,
+    Table,
+)
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.runtime import replay as replays
 from opensuction.runtime.replay import Difference, replay
@@ -170,6 +175,6 @@ def test_settings_that_are_none_are_refused(original: Original, tmp_path: Path) 
 def test_rows_have_every_input_output_and_state() -> None:
     prefixes = [name.partition(".")[0] for name in NAMES]
     assert prefixes == sorted(prefixes, key=("inputs", "outputs", "state").index)
-    assert tick_table.STATE_PART.stop == len(NAMES) == len(set(NAMES))
+    assert row_schema.STATE_PART.stop == len(NAMES) == len(set(NAMES))
     assert {"inputs.host.conditions", "outputs.verdict.trips", "state.core.tripped"} < set(NAMES)
     assert replays.TOLERANCE == 1e-9

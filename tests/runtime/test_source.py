@@ -6,12 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.ipc.event_ring import EventWriter
-from opensuction.ipc.read_checkpoint import Place
-from opensuction.ipc.ring import RingWriter
-from opensuction.recording.cycle_file.tick_table import STATE_PART
+from opensuction.ipc.ring import EventWriter, Place, RingWriter
+from opensuction.recording.cycle_file.row_schema import STATE_PART
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM, TIMING_COLUMNS
-from opensuction.runtime.source import Source
+from opensuction.runtime.recorder_process import Source
 
 SLOTS = 64
 LEFT_AT = 30

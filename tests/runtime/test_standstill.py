@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import ASSESSED, RESET, START
+from opensuction.kernel.interface import ASSESSED, RESET, START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle import exposure, harm
 from tests.controller.bedside import hurried
 from tests.runtime.stepped_room import SteppedRoom

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
 from tests.runtime.kept import replayed, ticks_of

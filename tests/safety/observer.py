@@ -1,6 +1,6 @@
 """One tick of what the governor makes of readings."""
 
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch import watch
 from opensuction.safety.watch.watch_state import Watch

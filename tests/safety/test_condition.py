@@ -4,8 +4,7 @@ import pytest
 
 from opensuction.safety.condition import Condition, row_of
 from opensuction.safety.condition_mask import TRIPS, decode_trips
-from opensuction.safety.handling import Reaction
-from opensuction.safety.priority import PRIORITIES, Onset, Priority, Severity
+from opensuction.safety.handling import PRIORITIES, Onset, Priority, Reaction, Severity
 
 C = Condition
 

@@ -7,8 +7,7 @@ from opensuction.safety.alarm import alarm_clock
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.condition import Condition, row_of
 from opensuction.safety.condition_mask import EVERY_BIT, TRIPS, WORD, decode, decode_trips, encode
-from opensuction.safety.handling import Reaction
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority, Reaction
 
 some_conditions = st.sets(st.sampled_from(Condition))
 

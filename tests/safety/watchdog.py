@@ -4,10 +4,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import NO_MONITOR, Readings, is_number
-from opensuction.safety import patient_limit, tip_bound
+from opensuction.kernel.interface import NO_MONITOR, Readings, Setpoints, is_number
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.safety import limits as safety_limits
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor
@@ -29,7 +28,7 @@ NAN = float("nan")
 INF = float("inf")
 
 PARK_MM = -3.4
-TIP = tip_bound.bound_tip(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
+TIP = safety_limits.bound_tip(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
 
 LIMITS = Limits(
     tip=TIP,
@@ -56,7 +55,8 @@ LIMITS = Limits(
         parked_closed_mmhg=190.0,
     ),
     cap_mm=95.0,
-    outside_mm=float(tip_bound.deepest_mm(TIP, tip_bound.assume_anywhere(TIP, PARK_MM))) + 1.0,
+    outside_mm=float(safety_limits.deepest_mm(TIP, safety_limits.assume_anywhere(TIP, PARK_MM)))
+    + 1.0,
     mouth_mm=INF,
     park_head_mm=PARK_MM,
     head_speed_mm_per_s=20.0,
@@ -71,11 +71,11 @@ LIMITS = Limits(
     contact_s=0.3,
     driven_contact_s=INF,
     withdrawal_s=0.4,
-    patient=patient_limit.limits_of(AgeGroup.ADULT, 0.0, monitored=False),
+    patient=safety_limits.limits_of(AgeGroup.ADULT, 0.0, monitored=False),
 )
 """As on the bench, with times short enough to wait for, and a head that starts at once."""
 
-HEAD_CAP_MM = float(tip_bound.head_cap_mm(TIP, LIMITS.cap_mm))
+HEAD_CAP_MM = float(safety_limits.head_cap_mm(TIP, LIMITS.cap_mm))
 
 
 def above(value: float) -> float:

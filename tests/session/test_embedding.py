@@ -10,8 +10,8 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import configuration, setup
 from opensuction.controller.configuration import Configuration
 from opensuction.hysteresis.modified_dahl import PUBLISHED
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.settings import identification_file

@@ -6,7 +6,7 @@ import numpy as np
 
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.settings import lines_section
+from opensuction.settings import calibration_section
 from opensuction.settings.identification_file import (
     IdentificationFile,
     Identified,
@@ -52,6 +52,6 @@ def of_preisach() -> Identified:
         ),
         parameters={"cell_4_0": IdentifiedParameter(1.2, "mm", [])},
         servo=None,
-        driven=lines_section.write(LINES, "preisach"),
+        driven=calibration_section.write(LINES, "preisach"),
         nominal=NOMINAL,
     )

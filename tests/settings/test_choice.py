@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
-from opensuction.settings.choice import choose
+from opensuction.settings.validation import choose
 
 KNOWN = {"none": 0, "direct-inverse": 1, "exact-inverse": 2}
 

@@ -7,7 +7,7 @@ import pytest
 
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.kernel.errors import InputError
-from opensuction.settings import lines_section
+from opensuction.settings import calibration_section
 
 GOOD = PlayLines(
     widths_mm=np.array([0.0, 18.0, 22.0]),
@@ -50,15 +50,15 @@ BAD: dict[str, dict[str, Any]] = {
 
 
 def test_a_model_comes_back_as_it_was_written() -> None:
-    back = lines_section.read(lines_section.write(GOOD))
+    back = calibration_section.read(calibration_section.write(GOOD))
     for mine, theirs in zip(GOOD, back, strict=True):
         np.testing.assert_array_equal(mine, theirs)
 
 
 @pytest.mark.parametrize("said", BAD)
 def test_a_section_that_cannot_drive_is_refused_in_one_line(said: str) -> None:
-    section = lines_section.write(GOOD)._replace(**BAD[said])
+    section = calibration_section.write(GOOD)._replace(**BAD[said])
     with pytest.raises(InputError) as caught:
-        lines_section.read(section)
+        calibration_section.read(section)
     assert str(caught.value).startswith(said)
     assert "\n" not in str(caught.value)

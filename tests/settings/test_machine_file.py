@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.settings import machine_file
+from opensuction.settings import equipment_file
 from opensuction.simulation import machine_kind
 from opensuction.twin import parameter, transmission_parameter
-from opensuction.twin.conduit import transmission_class
+from opensuction.twin.conduit import play_line
 from opensuction.twin.machine import catheter
 
 LEAST = 'preset = "clinical"\ncatheter = "12fr"\nconduit = "standard"\n'
@@ -21,14 +21,14 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_the_least_file_is_its_preset(tmp_path: Path) -> None:
-    kind = machine_file.load(written(tmp_path, LEAST))
+    kind = equipment_file.load_machine(written(tmp_path, LEAST))
     assert kind == machine_kind.of_preset("clinical", None)
 
 
 def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
     text = LEAST.replace("12fr", "6fr").replace("standard", "short")
     text += "[twin]\npump_free_l_per_min = 15\n[controller]\ncam_rad_per_s = 0.8\n"
-    kind = machine_file.load(written(tmp_path, text))
+    kind = equipment_file.load_machine(written(tmp_path, text))
     assert kind.profile.cam_rad_per_s == 0.8
     assert kind.table["pump_free_l_per_min"].value == 15.0
     assert parameter.nominal(kind.table) == {
@@ -52,7 +52,7 @@ bore_mm = 4.5
 length_mm = 1400
 bend_rad = 8.0
 """
-    kind = machine_file.load(written(tmp_path, text))
+    kind = equipment_file.load_machine(written(tmp_path, text))
     assert kind.catheter == catheter.Catheter(3.0, 2.5)
     assert kind.conduit == catheter.Conduit(4.5, 1400.0, 8.0)
     assert catheter.gap_ratio(kind.catheter, kind.conduit) == pytest.approx(12.0 / 19.2)
@@ -60,15 +60,15 @@ bend_rad = 8.0
 
 def test_a_transmission_brings_its_parameters(tmp_path: Path) -> None:
     text = LEAST + 'transmission = "rubbing"\n[twin]\nrub_static_mm = 2.0\n'
-    kind = machine_file.load(written(tmp_path, text))
-    assert kind.transmission == transmission_class.RUBBING
+    kind = equipment_file.load_machine(written(tmp_path, text))
+    assert kind.transmission == play_line.RUBBING
     assert kind.table["rub_static_mm"].value == 2.0
     assert kind.table["rub_kinetic_mm"] == transmission_parameter.RUBBING["rub_kinetic_mm"]
 
 
 def test_the_clearances_are_a_transmission_by_name(tmp_path: Path) -> None:
-    kind = machine_file.load(written(tmp_path, LEAST + 'transmission = "plays"\n'))
-    assert kind == machine_file.load(written(tmp_path, LEAST))
+    kind = equipment_file.load_machine(written(tmp_path, LEAST + 'transmission = "plays"\n'))
+    assert kind == equipment_file.load_machine(written(tmp_path, LEAST))
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_the_clearances_are_a_transmission_by_name(tmp_path: Path) -> None:
 def test_anything_else_is_refused_in_one_line(text: str, words: str, tmp_path: Path) -> None:
     file = written(tmp_path, text)
     with pytest.raises(InputError) as refused:
-        machine_file.load(file)
+        equipment_file.load_machine(file)
     assert str(refused.value).startswith(f"{file}: ")
     assert str(refused.value).count(str(file)) == 1
     assert words in str(refused.value)

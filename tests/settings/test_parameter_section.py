@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
-from opensuction.settings.parameter_section import change
+from opensuction.settings.toml_file import change
 from opensuction.twin import parameter
 from opensuction.twin.parameter import CLINICAL
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
-from opensuction.settings import patient_file
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.settings import equipment_file
 from opensuction.twin.patient import patient_kind
 
 
@@ -17,14 +17,14 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_the_least_file_is_its_preset(tmp_path: Path) -> None:
-    kind = patient_file.load(written(tmp_path, 'preset = "neonate"\n'))
+    kind = equipment_file.load_patient(written(tmp_path, 'preset = "neonate"\n'))
     assert kind == patient_kind.of_preset("neonate")
     assert kind.age == AgeGroup.NEONATE
 
 
 def test_given_values_are_the_patient_s_for_every_seed(tmp_path: Path) -> None:
     text = 'preset = "adult-icu"\ncarina_mm = 72\nweight_kg = { value = 80, spread = 1.5 }\n'
-    kind = patient_file.load(written(tmp_path, text))
+    kind = equipment_file.load_patient(written(tmp_path, text))
     drawn = [patient_kind.draw(kind, seed) for seed in range(10)]
     assert {patient.carina_mm for patient in drawn} == {72.0}
     assert len({patient.weight_kg for patient in drawn}) == 10
@@ -51,7 +51,7 @@ def test_given_values_are_the_patient_s_for_every_seed(tmp_path: Path) -> None:
 def test_anything_else_is_refused_in_one_line(text: str, words: str, tmp_path: Path) -> None:
     file = written(tmp_path, text)
     with pytest.raises(InputError) as refused:
-        patient_file.load(file)
+        equipment_file.load_patient(file)
     assert str(refused.value).startswith(f"{file}: ")
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
@@ -59,12 +59,12 @@ def test_anything_else_is_refused_in_one_line(text: str, words: str, tmp_path: P
 
 def test_a_lively_patient_does_what_the_file_says(tmp_path: Path) -> None:
     text = 'preset = "adult-icu"\nlively = 1\ncough_per_h = 30\nsedation_ratio = 0.5\n'
-    kind = patient_file.load(written(tmp_path, text))
+    kind = equipment_file.load_patient(written(tmp_path, text))
     drawn = patient_kind.draw(kind, 1).behaviour
     assert drawn.is_lively
     assert drawn.cough.spontaneous_per_s == pytest.approx(15.0 / 3600.0)
     # So is every drawn one that no file has still; what is exactly nominal lies still.
     assert patient_kind.draw(patient_kind.of_preset("adult-icu"), 1).behaviour.is_lively
     assert not patient_kind.draw(kind, 1, nominal=True).behaviour.is_lively
-    still = patient_file.load(written(tmp_path, 'preset = "adult-icu"\nlively = 0\n'))
+    still = equipment_file.load_patient(written(tmp_path, 'preset = "adult-icu"\nlively = 0\n'))
     assert not patient_kind.draw(still, 1).behaviour.is_lively

@@ -4,14 +4,14 @@ from opensuction.controller import machine_profile
 from opensuction.controller.calibration import PLAIN_PD, assume_nominal
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
-from opensuction.settings import plausibility
+from opensuction.settings import calibration_section
 from opensuction.simulation import rig as rigs
 
 
 def test_every_identified_machine_is_plausible_to_itself() -> None:
     for name in machine_profile.PROFILES:
         rig = rigs.rig(name, 1)
-        plausibility.check(rigs.identify(rig).calibration, rig.profile.transmission, "file")
+        calibration_section.check(rigs.identify(rig).calibration, rig.profile.transmission, "file")
 
 
 @pytest.mark.requirement("OS-R28")
@@ -27,7 +27,7 @@ def test_every_identified_machine_is_plausible_to_itself() -> None:
 )
 def test_another_machines_model_is_refused(changes: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words) as raised:
-        plausibility.check(
+        calibration_section.check(
             assume_nominal(PUBLISHED._replace(**changes), PLAIN_PD), PUBLISHED, "my.toml"
         )
     assert str(raised.value).startswith("my.toml: ")
@@ -35,7 +35,7 @@ def test_another_machines_model_is_refused(changes: dict[str, float], words: str
 
 def test_plays_and_curves_of_another_machine_are_refused_though_the_model_fits() -> None:
     own = assume_nominal(PUBLISHED, PLAIN_PD)
-    plausibility.check(own, PUBLISHED, "my.toml")
+    calibration_section.check(own, PUBLISHED, "my.toml")
     wide = own.plays._replace(thresholds_mm=2.0 * own.plays.thresholds_mm)
     far = own.table._replace(first_mm=own.table.first_mm + 20.0)
     lines = own.lines._replace(widths_mm=2.0 * own.lines.widths_mm)
@@ -46,4 +46,4 @@ def test_plays_and_curves_of_another_machine_are_refused_though_the_model_fits()
         (own._replace(lines=own.lines._replace(offset_mm=20.0)), "the zero of the recording"),
     ):
         with pytest.raises(InputError, match=words):
-            plausibility.check(changed, PUBLISHED, "my.toml")
+            calibration_section.check(changed, PUBLISHED, "my.toml")

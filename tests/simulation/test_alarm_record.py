@@ -2,7 +2,7 @@ import numpy as np
 
 from opensuction.safety.alarm.alarm_log import AlarmEvent, Entry
 from opensuction.safety.condition import Condition
-from opensuction.simulation import alarm_record
+from opensuction.simulation import outcome
 from opensuction.simulation.closed_loop import COLUMNS
 from opensuction.simulation.trace import Columns
 
@@ -15,8 +15,8 @@ def quiet(ticks: int) -> Columns:
 
 
 def test_a_quiet_run_and_an_empty_one_have_only_their_beginning() -> None:
-    assert [entry.event for entry in alarm_record.log(quiet(20)).entries] == [AlarmEvent.STARTED]
-    assert [entry.event for entry in alarm_record.log(quiet(0)).entries] == [AlarmEvent.STARTED]
+    assert [entry.event for entry in outcome.log(quiet(20)).entries] == [AlarmEvent.STARTED]
+    assert [entry.event for entry in outcome.log(quiet(0)).entries] == [AlarmEvent.STARTED]
 
 
 def test_each_change_is_noted_at_its_tick() -> None:
@@ -29,7 +29,7 @@ def test_each_change_is_noted_at_its_tick() -> None:
     columns["signals.acknowledged"][60:] = 0.0
     noted = [
         (round((entry.time_s - 5.0) * 1000.0), entry.event)
-        for entry in alarm_record.log(columns).entries
+        for entry in outcome.log(columns).entries
     ]
     assert noted == [
         (0, AlarmEvent.STARTED),
@@ -45,6 +45,6 @@ def test_each_change_is_noted_at_its_tick() -> None:
 def test_what_is_signalled_in_the_first_tick_is_raised_then() -> None:
     columns = quiet(3)
     columns["signals.present"][:] = float(1 << Condition.SPO2_LOW)
-    assert alarm_record.log(columns).entries[1:] == (
+    assert outcome.log(columns).entries[1:] == (
         Entry(5.0, int(Condition.SPO2_LOW), AlarmEvent.RAISED),
     )

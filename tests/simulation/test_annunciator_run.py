@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.condition import Condition
-from opensuction.simulation import annunciation
+from opensuction.simulation import outcome
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.injection import injection
@@ -40,7 +40,7 @@ def told(run: InjectedRun) -> dict[Condition, tuple[float, str]]:
     """Seconds after the fault, and by whom, of what was first told after it."""
     at_s = run.faults[0].at_s
     found: dict[Condition, tuple[float, str]] = {}
-    for item in annunciation.told(run.columns):
+    for item in outcome.told(run.columns):
         if item.at_s >= at_s:
             found.setdefault(item.condition, (round(item.at_s - at_s, 6), item.by))
     return found
@@ -51,7 +51,7 @@ def test_on_a_sound_link_it_says_what_the_controller_wants(ready: tuple[Loop, Lo
     columns = run.columns
     wanted = columns["signals.present"].astype(int) | columns["signals.latched"].astype(int)
     assert np.array_equal(columns["annunciator.said"], wanted)
-    for line in annunciation.LINES:
+    for line in outcome.LINES:
         assert not columns[line].any()
     assert told(run)[Condition.CATHETER_JAMMED][1] == "controller"
 
@@ -113,4 +113,4 @@ def test_what_a_cut_off_controller_wants_does_not_reach_the_bedside(
     first = round(run.faults[0].at_s / 0.001)
     wanted = run.columns["signals.present"].astype(int)
     assert wanted[first:].any()
-    assert {item.by for item in annunciation.told(run.columns)} == {"drives"}
+    assert {item.by for item in outcome.told(run.columns)} == {"drives"}

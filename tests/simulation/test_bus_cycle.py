@@ -4,15 +4,15 @@ from functools import cache
 
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle import exposure, harm
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation import annunciation, closed_loop, trace, wiring
+from opensuction.simulation import closed_loop, outcome, trace, wiring
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Wiring
@@ -64,7 +64,7 @@ def test_a_cycle_is_done_over_a_bus_that_keeps_its_time_and_nobody_need_be_told(
         assert Phase.SUCTIONING in columns["phase"]
         assert columns["phase"][-1] == Phase.PARKED
         assert not (columns["phase"] == Phase.ABORTING).any()
-        assert annunciation.told(columns) == []
+        assert outcome.told(columns) == []
         assert borne.deepest_mm == pytest.approx(at_once.deepest_mm, abs=0.1)
         assert borne.in_airway_s == pytest.approx(at_once.in_airway_s, abs=0.05)
 
@@ -74,5 +74,5 @@ def test_a_bus_that_is_too_slow_for_a_servo_breaks_the_cycle_off_and_says_why() 
         columns, borne = played(Bus(0.015, 0.01, 0.001), seed)
         assert columns["phase"][-1] == Phase.HALTED
         assert not borne.inside_at_end
-        told = {one.condition for one in annunciation.told(columns)}
+        told = {one.condition for one in outcome.told(columns)}
         assert told >= {Condition.MESSAGE_LATE, Condition.HEAD_READING_INVALID}

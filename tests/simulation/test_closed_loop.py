@@ -3,14 +3,14 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.compiler.dispatcher import CoreFunction
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import ABORT, NO_REQUESTS, START
+from opensuction.kernel.interface import ABORT, NO_REQUESTS, START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
-from opensuction.twin.sensor import sensor_preset
+from opensuction.twin.sensor import sensor
 
 GOLDEN_COLUMNS = [
     "time_s",
@@ -117,7 +117,7 @@ def ready(seed: int = 1, run: int = 2) -> tuple[Loop, LoopState]:
 def cycle(seed: int = 1, run: int = 2, *, exact: bool = False) -> tuple[LoopState, Columns]:
     loop, start = ready(seed, run)
     if exact:
-        sensors = sensor_preset.exact(loop.machine.sensors)
+        sensors = sensor.exact_sensors(loop.machine.sensors)
         loop = loop._replace(machine=loop.machine._replace(sensors=sensors))
     return trace.record(loop, start, START, 60.0)
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.kernel.interface import NO_REQUESTS, START
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, RigChoice

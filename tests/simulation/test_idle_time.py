@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.requests import NO_REQUESTS
+from opensuction.kernel.interface import NO_REQUESTS
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.simulation import closed_loop, idle_time, trace
+from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.twin import preset
@@ -29,7 +29,7 @@ def test_a_minute_passed_is_a_minute_of_the_closed_loop_at_rest(early: int) -> N
     loop, state = parked()
     state, _ = closed_loop.run(loop, state, NO_REQUESTS, trace.rows(1.0 + early * DT_S))
     played, _ = closed_loop.run(loop, state, NO_REQUESTS, trace.rows(60.0))
-    passed = idle_time.pass_time(loop, state, 60.0)
+    passed = closed_loop.pass_time(loop, state, 60.0)
     assert passed.tick == played.tick
     assert str(passed.bedside) == str(played.bedside)
     assert np.array_equal(passed.bedside.secretion_ml, played.bedside.secretion_ml)
@@ -44,7 +44,7 @@ def test_a_minute_passed_is_a_minute_of_the_closed_loop_at_rest(early: int) -> N
 def test_the_secretions_of_hours_gather(hours: int) -> None:
     loop, state = parked()
     before = float(np.sum(state.bedside.secretion_ml))
-    later = idle_time.pass_time(loop, state, hours * HOUR_S)
+    later = closed_loop.pass_time(loop, state, hours * HOUR_S)
     produced = float(np.sum(later.bedside.secretion_ml)) - before
     # 2 mL/h; the sum of 360,000 steps an hour is rounded.
     assert produced == pytest.approx(2.0 * hours, rel=1e-6)
@@ -57,7 +57,7 @@ def test_the_secretions_of_hours_gather(hours: int) -> None:
 
 def test_no_time_changes_nothing() -> None:
     loop, state = parked()
-    assert str(idle_time.pass_time(loop, state, 0.0)) == str(state)
+    assert str(closed_loop.pass_time(loop, state, 0.0)) == str(state)
 
 
 def test_the_line_lets_its_vacuum_go_and_mucus_stays_in_the_bore() -> None:
@@ -66,7 +66,7 @@ def test_the_line_lets_its_vacuum_go_and_mucus_stays_in_the_bore() -> None:
     left = body._replace(
         line=body.line._replace(vacuum_mmhg=120.0), bore=body.bore._replace(mucus_ml=0.3)
     )
-    later = idle_time.pass_time(loop, state._replace(machine=left), HOUR_S)
+    later = closed_loop.pass_time(loop, state._replace(machine=left), HOUR_S)
     assert later.machine.line.vacuum_mmhg < 0.01
     assert later.machine.bore == left.bore
 
@@ -79,7 +79,7 @@ def test_the_worst_of_a_time_is_that_of_the_closed_loop_at_rest() -> None:
     closed_loop.run(loop, state, NO_REQUESTS, rows)
     columns = trace.by_name(rows, ("truth.spo2_percent", "truth.lung_volume_loss_ml"))
     spo2, lost_ml = columns["truth.spo2_percent"], columns["truth.lung_volume_loss_ml"]
-    found = idle_time.find_worst(loop, state, 60.0)
+    found = closed_loop.find_worst(loop, state, 60.0)
     assert spo2.min() < spo2[0] - 1.0
     # A row shows the bedside's last step: what is found is a step ahead.
     assert spo2.min() <= found.spo2_percent <= spo2[:60_000].min()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from opensuction.hysteresis import modified_dahl
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.procedure.planning.guideline import GUIDELINES
-from opensuction.settings import transmission_choice
+from opensuction.settings import conduit_file
 from opensuction.simulation import machine_kind
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.machine_kind import MachineKind
@@ -89,10 +89,10 @@ def test_the_controller_is_told_of_the_gap_of_its_conduit(route: str) -> None:
     assert half_width == pytest.approx(found.velocity_gain / found.decay_per_mm, rel=0.15)
 
 
-@pytest.mark.parametrize("name", transmission_choice.NAMES)
+@pytest.mark.parametrize("name", conduit_file.TRANSMISSION_NAMES)
 def test_a_controller_is_told_of_its_machines_transmission(name: str) -> None:
     """The nominal model leaves of the nominal machine about what identification leaves of ours."""
-    kind = machine_kind.transmitting(BENCH, transmission_choice.find(name))
+    kind = machine_kind.transmitting(BENCH, conduit_file.find(name))
     machine_kind.check(kind)
     conduit = preset.transmission_of(parameter.nominal(kind.table), kind.transmission)
     head = np.concatenate([np.linspace(0.0, 100.0, 5000), np.linspace(100.0, 0.0, 5000)])
@@ -104,8 +104,8 @@ def test_a_controller_is_told_of_its_machines_transmission(name: str) -> None:
 
 
 def test_another_conduit_makes_every_gap_wider() -> None:
-    for name in transmission_choice.NAMES:
-        kind = machine_kind.transmitting(BENCH, transmission_choice.find(name))
+    for name in conduit_file.TRANSMISSION_NAMES:
+        kind = machine_kind.transmitting(BENCH, conduit_file.find(name))
         looped = machine_kind.equipped(kind, kind.catheter, catheter.lay("looped", kind.catheter))
         ratio = catheter.gap_ratio(kind.catheter, looped.conduit)
         values = parameter.nominal(kind.table)
@@ -122,7 +122,7 @@ def test_another_conduit_makes_every_gap_wider() -> None:
 
 
 def test_a_seed_draws_the_transmission_with_the_machine() -> None:
-    kind = machine_kind.transmitting(BENCH, transmission_choice.find("preisach-25"))
+    kind = machine_kind.transmitting(BENCH, conduit_file.find("preisach-25"))
     drawn = {rigs.rig_of(kind, None, seed).machine.transmission.widths_mm for seed in range(1, 6)}
     assert len(drawn) == 5
     assert rigs.rig_of(kind, None, 1).machine == rigs.rig_of(kind, None, 1).machine

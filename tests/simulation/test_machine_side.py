@@ -5,9 +5,8 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS, DriveMessage
+from opensuction.kernel.interface import MESSAGE_COLUMNS, START, DriveMessage
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.requests import START
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -24,7 +23,7 @@ from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.machine import drive_watchdog
 from opensuction.twin.plant import PlantState
-from opensuction.twin.sensor import sensor_preset
+from opensuction.twin.sensor import sensor
 
 
 def side_of(loop: Loop) -> MachineSide:
@@ -125,7 +124,7 @@ def test_a_message_that_is_late_is_told() -> None:
 
 def test_a_delay_of_readings_and_messages_is_played() -> None:
     loop, state = bench()
-    exact = sensor_preset.exact(loop.machine.sensors)
+    exact = sensor.exact_sensors(loop.machine.sensors)
     loop = loop._replace(machine=loop.machine._replace(sensors=exact))
     side = side_of(loop)
     wires = side.wiring.link._replace(reading_delay_ticks=3, command_delay_ticks=2)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import ABORT, START
+from opensuction.kernel.interface import ABORT, START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace

@@ -5,7 +5,7 @@ from opensuction.hysteresis.play_bundle import PLAYS
 from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.modified_dahl import Fit
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.simulation import rig as rigs
 from opensuction.twin import parameter, preset
 from tests.hysteresis import distributed_play

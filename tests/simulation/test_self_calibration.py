@@ -5,13 +5,17 @@ import math
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import adaptation
+from opensuction.controller import calibration
 from opensuction.identification.estimator.adaptation import Finding, unchanged
-from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUSTED
-from opensuction.identification.estimator.mouth_passage import Missed, Shift
-from opensuction.kernel.requests import START
+from opensuction.identification.estimator.gap_measurement import (
+    MEASURING_ERROR,
+    TRUSTED,
+    Missed,
+    Shift,
+)
+from opensuction.kernel.interface import START
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.safety.tip_bound import GAP_MOST
+from opensuction.safety.limits import GAP_MOST
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import self_calibration, trace
 from opensuction.simulation.outcome import outcome
@@ -55,9 +59,9 @@ def rmse_mm(seed: int, change: str) -> tuple[list[float], bool]:
         seen = self_calibration.seen(
             rig.profile, CompensationKind.PREVIEW, identified, math.inf, columns
         )
-        found = adaptation.learn(identified, found, seen)
+        found = calibration.learn(identified, found, seen)
         in_range &= found.in_range
-        used = adaptation.adapted(identified, found.new)
+        used = calibration.adapted(identified, found.new)
     return errors, in_range
 
 
@@ -82,7 +86,7 @@ def test_a_cycle_without_contact_or_barrier_changes_nothing() -> None:
         rig.profile, CompensationKind.PREVIEW, identified, math.inf, columns
     )
     before = unchanged(TRUSTED)._replace(new=Shift(1.1, 0.2))
-    change = adaptation.learn(identified, before, seen)
+    change = calibration.learn(identified, before, seen)
     assert (change.new, change.finding) == (Shift(1.1, 0.2), Finding.NOTHING_SEEN)
     assert seen.missed == Missed.NO_BARRIER  # the bench has none
 

@@ -5,14 +5,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import ABORT, HOME, NO_REQUESTS, START, TEACH
+from opensuction.kernel.interface import ABORT, HOME, NO_REQUESTS, START, TEACH
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.teaching import Taught
-from opensuction.simulation import closed_loop, teaching, trace
+from opensuction.simulation import closed_loop, self_calibration, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
-from opensuction.simulation.teaching import Teaching
+from opensuction.simulation.self_calibration import Teaching
 from opensuction.simulation.trace import Columns
 
 
@@ -25,7 +25,7 @@ def rig(seed: int, patient: str = "adult-icu") -> tuple[Rig, rigs.Identification
 @cache
 def taught(seed: int, patient: str = "adult-icu") -> Teaching:
     chosen, identified = rig(seed, patient)
-    return teaching.teach(chosen, identified.calibration, COLUMNS)
+    return self_calibration.teach(chosen, identified.calibration, COLUMNS)
 
 
 def run(loop: Loop, state: LoopState, pressed: dict[float, object]) -> Columns:
@@ -52,9 +52,9 @@ def test_a_hand_teaches_a_little_too_deep(seed: int, patient: str) -> None:
 
 def test_who_is_slow_to_confirm_teaches_too() -> None:
     chosen, identified = rig(51_040)
-    loop, _ = teaching.assemble(chosen, identified.calibration)
+    loop, _ = self_calibration.assemble(chosen, identified.calibration)
     assert loop.machine.hand.confirm_s > 0.29
-    assert teaching.teach(chosen, identified.calibration).taught == Taught.TAKEN
+    assert self_calibration.teach(chosen, identified.calibration).taught == Taught.TAKEN
 
 
 def test_the_hand_moves_the_head_as_a_hand_can() -> None:
@@ -78,14 +78,14 @@ def test_the_hand_moves_the_head_as_a_hand_can() -> None:
 
 def test_the_same_person_teaches_the_same_and_another_another() -> None:
     chosen, identified = rig(1)
-    again = teaching.teach(chosen, identified.calibration)
+    again = self_calibration.teach(chosen, identified.calibration)
     assert again.taught_mm == taught(1).taught_mm
     assert taught(2).taught_mm != taught(1).taught_mm
 
 
 def test_no_cycle_starts_under_the_plan_that_teaches() -> None:
     chosen, identified = rig(1)
-    loop, state = teaching.assemble(chosen, identified.calibration)
+    loop, state = self_calibration.assemble(chosen, identified.calibration)
     columns = run(loop, state, {0.0: START})
     assert set(columns["phase"]) == {Phase.PARKED}
 
@@ -93,7 +93,7 @@ def test_no_cycle_starts_under_the_plan_that_teaches() -> None:
 @pytest.mark.parametrize("request_name", ["abort", "home"])
 def test_the_drive_takes_the_catheter_out_of_the_hand(request_name: str) -> None:
     chosen, identified = rig(1)
-    loop, state = teaching.assemble(chosen, identified.calibration)
+    loop, state = self_calibration.assemble(chosen, identified.calibration)
     asked = ABORT if request_name == "abort" else HOME
     columns = run(loop, state, {0.0: TEACH, 8.0: asked})
     last = Phase.HALTED if request_name == "abort" else Phase.PARKED
@@ -110,7 +110,7 @@ def test_the_drive_takes_the_catheter_out_of_the_hand(request_name: str) -> None
 
 def test_a_hand_that_finds_no_carina_loses_the_catheter_to_the_governor() -> None:
     chosen, identified = rig(1)
-    loop, state = teaching.assemble(chosen, identified.calibration)
+    loop, state = self_calibration.assemble(chosen, identified.calibration)
     airway = loop.machine.airway._replace(carina_mm=1000.0)
     loop = loop._replace(machine=loop.machine._replace(airway=airway))
     columns = run(loop, state, {0.0: TEACH, 25.0: NO_REQUESTS})

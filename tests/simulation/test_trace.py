@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace

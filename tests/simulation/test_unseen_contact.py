@@ -9,9 +9,9 @@ from opensuction.evidence.campaign import played_cycle, sound_machine
 from opensuction.evidence.campaign.played_cycle import JUDGED
 from opensuction.evidence.campaign.sound_machine import Kind, SoundMachine
 from opensuction.safety.condition import Condition
-from opensuction.simulation import annunciation
+from opensuction.simulation import outcome
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.simulation.injection.faulty_run import RowBuffer
 from opensuction.twin.fault.fault import Fault
 
 MOST_N = 0.2
@@ -63,6 +63,6 @@ def test_a_tip_that_no_switch_tells_of_presses_with_little(
             )
             columns = played_cycle.play_faulty(machine, (one,), seed, room()).run.columns
             assert columns["truth.contact_n"].max() < MOST_N, (seed, before_s)
-            told = {each.condition for each in annunciation.told(columns)}
+            told = {each.condition for each in outcome.told(columns)}
             by_turns = fault == Fault.CONTACT_INTERMITTENT
             assert by_turns or Condition.CONTACT_STUCK_OPEN in told, (seed, before_s)

@@ -17,13 +17,13 @@ import pytest
 from opensuction.evidence.campaign import played_cycle, sound_machine
 from opensuction.evidence.campaign.played_cycle import JUDGED
 from opensuction.evidence.campaign.sound_machine import SoundMachine
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle import exposure
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.simulation.injection.faulty_run import RowBuffer
 from opensuction.twin.fault.fault import Fault
 
 WAY_MM = 0.5

@@ -1,7 +1,7 @@
 """The twin under the same commands for many ticks, in one call of compiled code."""
 
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.interface import Commands
 from opensuction.twin import plant
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import Machine, MachineState

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from opensuction.kernel.commands import Commands
+from opensuction.kernel.interface import Commands
 from opensuction.twin import coupling, parameter, plant, preset
 from opensuction.twin.coupling import PatientSigns
 from opensuction.twin.machine import machine

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from opensuction.kernel.commands import Commands
+from opensuction.kernel.interface import Commands
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState

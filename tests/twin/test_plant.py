@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Commands
+from opensuction.kernel.interface import Commands
 from opensuction.twin import coupling, parameter, plant, preset
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState

@@ -33,19 +33,18 @@ EXTRA: dict[str, tuple[str, ...]] = {
     "safety.alarm.alarm_state": ALARM_TESTS,
     "safety.condition_mask": ALARM_TESTS,
     "safety.handling": ("tests/safety/test_condition.py",),
-    "safety.priority": ("tests/safety/test_condition.py",),
     "safety.head.drive_force": ("tests/safety/governor/test_governor_drive.py",),
-    "safety.governor.forced_withdrawal": GOVERNOR_TESTS,
+    "safety.governor.governor": GOVERNOR_TESTS,
     "safety.governor.judgement": GOVERNOR_TESTS,
     "safety.governor.limiter": GOVERNOR_TESTS,
-    "safety.limits": GOVERNOR_TESTS,
-    "safety.patient_limit": ("tests/safety/watch/test_patient_watch.py",),
+    "safety.limits": (
+        *GOVERNOR_TESTS,
+        *("tests/safety/watch/test_patient_watch.py",),
+        *WATCH_TESTS,
+    ),
     "safety.watch.patient_watch": PATIENT_TESTS,
-    "safety.alarm.signal_value": SOUND_TESTS,
-    "safety.tip_bound": GOVERNOR_TESTS,
-    "safety.head.advance_bound": WATCH_TESTS,
-    "safety.head.head_vote": WATCH_TESTS,
-    "safety.head.motor_speed": ("tests/safety/head/test_head_vote.py",),
+    "safety.alarm.alarm_signal": SOUND_TESTS,
+    "safety.head.head_vote": (*WATCH_TESTS, *("tests/safety/head/test_head_vote.py",)),
     "safety.invalid_ticks": WATCH_TESTS,
     "safety.watch.head_watch": WATCH_TESTS,
     "safety.watch.watch_state": WATCH_TESTS,
@@ -55,15 +54,16 @@ EXTRA: dict[str, tuple[str, ...]] = {
 """Tests of a module beyond those of its own name."""
 
 
-def target(short: str) -> Target:
+def target(place: str) -> Target:
     """A module by room and name, as ``safety.condition``, with the tests that mirror it.
 
-    Those that end soonest for most mistakes come first.
+    Those that end soonest for most mistakes come first. ``MODULE:FUNCTION`` is a function of it.
     """
+    short, _, function = place.partition(":")
     *rooms, name = short.split(".")
     mirrors = (f"test_{name}_limit.py", f"test_{name}_*.py", f"test_{name}.py")
     patterns = tuple(f"tests/{'/'.join(rooms)}/{file}" for file in mirrors)
-    return Target(f"opensuction.{short}", (*patterns, *EXTRA.get(short, ())))
+    return Target(f"opensuction.{short}", (*patterns, *EXTRA.get(short, ())), function)
 
 
 def everything() -> list[str]:
@@ -100,7 +100,7 @@ def main() -> int:
     """Run the campaign."""
     parser = argparse.ArgumentParser(prog="python -m tools.mutation", description=__doc__)
     parser.add_argument(
-        "modules", nargs="*", metavar="MODULE", help="as safety.condition; none: all"
+        "modules", nargs="*", metavar="MODULE[:FUNCTION]", help="as safety.condition; none: all"
     )
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--every", type=int, default=1, help="try only each so many-th mutant")
@@ -109,7 +109,7 @@ def main() -> int:
     options = parser.parse_args()
     chosen = options.modules or everything()
     known = everything()
-    unknown = [name for name in chosen if name not in known]
+    unknown = [name for name in chosen if name.partition(":")[0] not in known]
     if unknown:
         parser.error(f"unknown module {unknown[0]}; one of {', '.join(known)}")
 

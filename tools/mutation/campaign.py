@@ -42,6 +42,8 @@ class Target(NamedTuple):
     module: str
     tests: tuple[str, ...]
     """Files, relative to the root; may be patterns."""
+    function: str = ""
+    """The only one of the module that is changed; all of it where it has no name."""
 
     def path(self) -> Path:
         """Its source."""
@@ -53,6 +55,16 @@ class Target(NamedTuple):
         if not found:
             raise FileNotFoundError(f"no tests for {self.module}: {', '.join(self.tests)}")
         return list(dict.fromkeys(found))
+
+    def lines(self) -> range:
+        """Lines of its source that are changed. Raises ValueError for an unknown function."""
+        source = self.path().read_text(encoding="utf-8")
+        if not self.function:
+            return range(1, len(source.splitlines()) + 1)
+        for node in ast.parse(source).body:
+            if isinstance(node, ast.FunctionDef) and node.name == self.function:
+                return range(node.lineno, (node.end_lineno or node.lineno) + 1)
+        raise ValueError(f"no function {self.function} in {self.module}")
 
 
 class Survivor(NamedTuple):
@@ -166,7 +178,7 @@ def sound_s(target: Target) -> float:
 
 
 def run(target: Target, workers: int, tell: Callable[[str], None], every: int = 1) -> Result:
-    """Every mutant of a module against its tests.
+    """Every mutant of a module, or of a function, against the module's tests.
 
     workers: processes at a time. every: try only each so many-th mutant, a sample of the module.
     tell: takes a line for each survivor as it appears.
@@ -188,9 +200,11 @@ def run(target: Target, workers: int, tell: Callable[[str], None], every: int = 
                     tell(f"  survived {target.module}:{mutant.line}: {mutant.change}")
             time.sleep(POLL_S)
 
-    source = target.path().read_text(encoding="utf-8")
+    lines = target.lines()
+    found = mutants(target.path().read_text(encoding="utf-8"))
+    within = (mutant for mutant in found if mutant.line in lines)
     try:
-        for mutant in itertools.islice(mutants(source), 0, None, every):
+        for mutant in itertools.islice(within, 0, None, every):
             counted += 1
             settle(workers - 1)
             running[_forked(target, mutant.tree)] = _Running(

@@ -57,7 +57,7 @@ FAULTS = (
     ),
     Fault(
         "a hung process is not replaced",
-        "runtime/supervised_process.py",
+        "runtime/supervisor.py",
         "if running_s > allowed_s and self._heartbeat",
         "if running_s > 1e9 and self._heartbeat",
         f"{RUNTIME}/test_supervisor.py"

@@ -6,14 +6,14 @@ from enum import Enum
 
 from docs.generator.document import table
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.hazard_claim import Hazard
-from opensuction.evidence.safety_case.risk import (
+from opensuction.evidence.safety_case.hazard_claim import (
     MATRIX,
     PROBABILITY_WORDS,
     SEVERITY_WORDS,
     Acceptability,
     HarmProbability,
     HarmSeverity,
+    Hazard,
     RiskEstimate,
 )
 from tools.traceability import matrix

@@ -5,7 +5,7 @@ from collections import Counter
 
 from docs.generator.document import table
 from opensuction.kernel.errors import InputError
-from opensuction.twin.machine import hand
+from opensuction.twin.machine import dc_axis
 from opensuction.twin.parameter import BENCH, CLINICAL
 from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient.patient_parameter import ROWS
@@ -43,7 +43,7 @@ def markdown() -> str:
             entry for name, entry in CLINICAL.items() if entry != BENCH[name]
         ],
         "patients": [row[0] for row in ROWS.values()],
-        "teaching hand": list(hand.PARAMETERS.values()),
+        "teaching hand": list(dc_axis.HAND_PARAMETERS.values()),
     }
     counts = {name: Counter(map(kind, entries)) for name, entries in tables.items()}
     rows = [

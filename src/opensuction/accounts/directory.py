@@ -3,13 +3,11 @@
 from datetime import datetime
 from typing import NamedTuple
 
-from opensuction.accounts import rate_limit_key, secret
-from opensuction.accounts.refusal import NotAllowedError
-from opensuction.accounts.rule import lifetime, right
-from opensuction.accounts.rule import name as name_rule
+from opensuction.accounts import session, sign_in
+from opensuction.accounts.rule import right, sign_in_rule
 from opensuction.accounts.rule.right import RIGHTS, Right, Role
 from opensuction.accounts.session import Session, check_reason
-from opensuction.accounts.site import AccountChange, AccountStore
+from opensuction.accounts.site import AccountChange, AccountStore, NotAllowedError
 from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import AccountState, Credential, store_state
 from opensuction.settings.wording import show, unknown
@@ -49,7 +47,7 @@ def first_start(site: AccountStore) -> NewPassword | None:
     with site.reading() as rows:
         if not _is_first(rows.list_states(), rows.find_credential(FIRST)):
             return None
-    made = secret.make_one_time_password()
+    made = session.make_one_time_password()
     password_hash = site.hasher.make(made)
     with site.changing() as change:
         states = change.rows.list_states()
@@ -94,9 +92,9 @@ def add(
 
     Raises InputError for a name that cannot be or is taken, NotAllowedError.
     """
-    name_rule.check(name)
+    sign_in_rule.check(name)
     wanted = _to_role(role)
-    made = secret.make_one_time_password()
+    made = session.make_one_time_password()
     password_hash = site.hasher.make(made)
     with site.changing() as change:
         done_by = _check_may(change, by)
@@ -157,7 +155,7 @@ def reset_password(site: AccountStore, by: Session | None, name: str) -> NewPass
 
     Raises InputError for an account that is not there.
     """
-    made = secret.make_one_time_password()
+    made = session.make_one_time_password()
     password_hash = site.hasher.make(made)
     with site.changing() as change:
         done_by = _check_may(change, by)
@@ -170,10 +168,10 @@ def reset_password(site: AccountStore, by: Session | None, name: str) -> NewPass
 
 
 def _give_password(change: AccountChange, name: str, made: str, password_hash: str) -> NewPassword:
-    expires_at = change.now + lifetime.ONE_TIME
+    expires_at = change.now + sign_in_rule.ONE_TIME
     change.rows.put_credential(Credential(name, password_hash, True, change.now, expires_at))
     change.rows.drop_bearers(name)
-    change.rows.put_attempt(rate_limit_key.of_account(name).key, None)
+    change.rows.put_attempt(sign_in.of_account(name).key, None)
     return NewPassword(name, made, expires_at)
 
 
@@ -199,7 +197,7 @@ def _check_may(change: AccountChange, by: Session | None) -> str:
 
 
 def _find(change: AccountChange, name: str) -> AccountState:
-    state = change.rows.find_state(name) if name_rule.can_be(name) else None
+    state = change.rows.find_state(name) if sign_in_rule.can_be(name) else None
     if state is None:
         names = [one.account for one in change.rows.list_states()]
         raise InputError(unknown(f"account {show(name)}", name, names))

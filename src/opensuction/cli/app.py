@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from opensuction import __version__
-from opensuction.cli import entry, exit_status, interruption
+from opensuction.cli import entry, interruption
 from opensuction.cli.command import (
     audit,
     benchmark,
@@ -26,8 +26,8 @@ from opensuction.cli.command import (
     users,
 )
 from opensuction.evidence.worker_pool import WorkerLostError
-from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.settings import wording
 
 COMMANDS = (
@@ -66,7 +66,7 @@ Environment:
   OPENSUCTION_CACHE_DIR                where the compiled core is kept
   OPENSUCTION_DATABASE                 where records are kept
 
-{exit_status.IN_FULL}"""
+{entry.IN_FULL}"""
 
 app = typer.Typer(
     name="opensuction",
@@ -128,12 +128,12 @@ def _carry_out() -> int:
     except typer.TyperException as misused:
         return _refuse(_explain(misused))
     except WorkerLostError as lost:
-        return _end(f"{lost}; {_say_what_is_left(lost)}", exit_status.FAILED)
-    return code if isinstance(code, int) else exit_status.DONE
+        return _end(f"{lost}; {_say_what_is_left(lost)}", entry.FAILED)
+    return code if isinstance(code, int) else entry.DONE
 
 
 def _refuse(message: str) -> int:
-    return _end(message, exit_status.BAD_INPUT)
+    return _end(message, entry.BAD_INPUT)
 
 
 def _end(message: str, status: int) -> int:
@@ -149,19 +149,19 @@ def main() -> None:
         with interruption.hear():
             code = _carry_out()
     except interruption.Stopped as stopped:
-        status = exit_status.SIGNALLED + stopped.number
+        status = entry.SIGNALLED + stopped.number
         interruption.leave(
             status, f"{interruption.describe(stopped)}; {_say_what_is_left(stopped)}"
         )
     except BrokenPipeError as closed:
         line = f"nobody reads the output any more; {_say_what_is_left(closed)}"
-        interruption.leave(exit_status.PIPE_CLOSED, line)
+        interruption.leave(entry.PIPE_CLOSED, line)
     except OSError as failed:
         if failed.errno not in UNWRITABLE:
             raise
         where = f"{failed.filename or UNNAMED}: "
         line = f"{where}{(failed.strerror or str(failed)).lower()}; {_say_what_is_left(failed)}"
-        interruption.leave(exit_status.NOT_WRITTEN, line)
+        interruption.leave(entry.NOT_WRITTEN, line)
     sys.exit(code)
 
 

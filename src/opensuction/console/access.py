@@ -2,24 +2,79 @@
 
 Routes take them by ``Depends``. Those that read the database are plain functions, so that they run
 in a thread.
+
+Parts of a console that its routes use: machine folder, records, accounts, hub, address.
 """
 
+import os
+import re
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
 from fastapi import Depends, Request
 from starlette.requests import HTTPConnection
 
-from opensuction.accounts import secret, session
-from opensuction.accounts.refusal import NotAllowedError, NotSignedInError
+from opensuction.accounts import session
+from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import RIGHTS, Right
 from opensuction.accounts.session import AccessToken, Session
+from opensuction.accounts.site import NotAllowedError, NotSignedInError
 from opensuction.console.guard.problem import FieldError, Problem
 from opensuction.console.guard.turn import Turn
-from opensuction.console.site import ConsoleContext, session_cookie
+from opensuction.console.live.hub import Hub
 from opensuction.kernel.errors import InputError
+from opensuction.records.records import Records
+from opensuction.runtime.paths import About
+
+PORT = re.compile(r":(\d{1,5})$", re.ASCII)
+"""At the end of a Host header; none where it is the usual one."""
+
+
+class ListeningAddress(NamedTuple):
+    """Address on which the console listens."""
+
+    host: str
+    port: int
+    has_tls: bool = False
+
+
+class ConsoleContext(NamedTuple):
+    """All that the routes go by."""
+
+    folder: Path
+    """The machine's (`runtime.paths`)."""
+    records: Records
+    accounts: Accounts
+    hub: Hub
+    recordings: Path
+    about: Callable[[], About]
+    """Whose machine it is, as of now. Raises InputError."""
+    origin: ListeningAddress
+
+
+def session_cookie(folder: Path, host: str | None) -> str:
+    """Name of the cookie that holds a session. folder: the machine's. host: as a request says it.
+
+    A browser sends the cookies of a name to each port of it: machines beside each other, also of
+    several users, have their own. So have two of the same name on two computers, whose ports are
+    forwarded to one: they differ by the port that the browser asks at.
+    """
+    return f"opensuction_session_{_place(folder, host)}"
+
+
+def device_cookie(folder: Path, host: str | None) -> str:
+    """Name of the cookie by which a browser is known where somebody has signed in before."""
+    return f"opensuction_device_{_place(folder, host)}"
+
+
+def _place(folder: Path, host: str | None) -> str:
+    port = PORT.search(host or "")
+    own = f"{os.geteuid()}_{folder.name}"
+    return own if port is None else f"{own}_{port[1]}"
+
 
 CSRF_HEADER = "X-CSRF-Token"
 UNATTENDED_HEADER = "X-Unattended"
@@ -89,7 +144,7 @@ class Names:
 
     def keep(self, token: str, account: str) -> None:
         """Somebody was found."""
-        digest = secret.digest(token)
+        digest = session.digest_of(token)
         self._known[digest] = account
         self._known.move_to_end(digest)
         while len(self._known) > NAMES_KEPT:
@@ -97,11 +152,11 @@ class Names:
 
     def forget(self, token: str) -> None:
         """A session has ended."""
-        self._known.pop(secret.digest(token), None)
+        self._known.pop(session.digest_of(token), None)
 
     def find(self, token: str) -> str | None:
         """Account of a session token; None for a token that was not seen."""
-        return self._known.get(secret.digest(token))
+        return self._known.get(session.digest_of(token))
 
 
 def find_name(connection: HTTPConnection) -> str | None:
@@ -180,7 +235,7 @@ def may_begin(wanted: Right) -> Callable[[HTTPConnection, ConsoleContext, None],
 
 
 def allow_change(site: ConsoleContext, connection: HTTPConnection, wanted: Right) -> Session:
-    """Session of a request for a change, if its holder may. Raises errors of `accounts.refusal`."""
+    """Session of a request for a change, if its holder may. Raises errors of `accounts.site`."""
     if _bearer_token(connection) is not None:
         raise NotAllowedError("a token of another program changes nothing")
     token = session_token(connection)

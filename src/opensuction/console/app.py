@@ -1,5 +1,9 @@
-"""The console as an application: its routes, its page, and what guards both."""
+"""The console as an application: its routes, its page, and what guards both.
 
+Record of refusals by role: person and attempt, rate-limited so that a flood does not fill it.
+"""
+
+import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
@@ -12,21 +16,15 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from opensuction.console.access import Names
-from opensuction.console.denied_access_log import DeniedAccessLog
-from opensuction.console.guard import handler, origin
-from opensuction.console.guard.byte_range import Ranges
+from opensuction.console.access import ConsoleContext, Names, session_cookie
+from opensuction.console.guard import origin, problem
+from opensuction.console.guard.body import Ranges
 from opensuction.console.guard.guard import Guard
-from opensuction.console.guard.limits import USUAL, Limits
+from opensuction.console.guard.limits import USUAL, Buckets, Limits, Rates
 from opensuction.console.guard.problem import MEDIA_TYPE, ProblemBody, documented
-from opensuction.console.guard.rates import Rates
-from opensuction.console.live.broadcast import Broadcast
 from opensuction.console.live.button_press import Asking
-from opensuction.console.live.last_cycle import LastCycle
+from opensuction.console.live.hub import Broadcast, LastCycle
 from opensuction.console.route import (
-    account,
-    alarm_signal,
-    anatomy,
     history,
     identification,
     machine,
@@ -34,24 +32,51 @@ from opensuction.console.route import (
     request,
     session,
     signals,
-    teaching,
 )
-from opensuction.console.site import ConsoleContext, session_cookie
-from opensuction.report import html
+from opensuction.kernel.errors import InputError
+from opensuction.records.entry import Action
+from opensuction.records.records import Records
+from opensuction.report import sheet
+
+EVERY_S = 10.0
+"""The same person's same try is put on record at most so often,"""
+ALL_HZ, ALL_MOST = 0.1, 30.0
+"""and all of them together so often, and so many at once."""
+LOG = logging.getLogger("opensuction.console")
+WHAT = "refused"
+
+
+class DeniedAccessLog:
+    """Of one console."""
+
+    def __init__(self, records: Records) -> None:
+        self._records = records
+        self._own = Buckets(1.0 / EVERY_S, 1.0)
+        self._all = Buckets(ALL_HZ, ALL_MOST)
+
+    def note(self, who: str | None, what: str, why: str) -> None:
+        """Somebody tried what the role does not allow. who: None of somebody unknown."""
+        name = who or "somebody"
+        LOG.warning("refused: %s asks for %s: %s", name, what, why)
+        if self._own.take(f"{name} {what}") or self._all.take("all"):
+            return
+        try:
+            self._records.act(Action(name, WHAT, f"{what}: {why}"))
+        except InputError as error:  # whoever asked is refused all the same
+            LOG.error("a refusal was not put on record: %s", error)
+
 
 PREFIX, VERSION = "/api/v1", "1"
-ROUTES = (
-    session,
-    machine,
-    request,
-    account,
-    anatomy,
-    alarm_signal,
-    history,
-    protocol,
-    teaching,
-    identification,
-    signals,
+ROUTERS = (
+    session.router,
+    machine.router,
+    request.router,
+    session.accounts_router,
+    history.router,
+    protocol.router,
+    identification.teaching_router,
+    identification.router,
+    signals.router,
 )
 PAGE = Path(str(files("opensuction.console"))) / "page"
 VENDOR = Path(str(files("opensuction.report"))) / "vendor"
@@ -79,9 +104,9 @@ def create_app(site: ConsoleContext, limits: Limits = USUAL) -> FastAPI:
     app.state.names, app.state.rates = Names(), rates
     app.state.refused = DeniedAccessLog(site.records)
     _begin(app)
-    handler.add(app)
-    for module in ROUTES:
-        app.include_router(module.router, prefix=PREFIX, responses=documented(*BY_THE_GUARD))
+    problem.add(app)
+    for router in ROUTERS:
+        app.include_router(router, prefix=PREFIX, responses=documented(*BY_THE_GUARD))
     _add_page(app)
     app.openapi = lambda: _describe(app)  # type: ignore[method-assign]
     app.add_middleware(Ranges)
@@ -162,7 +187,7 @@ def _add_page(app: FastAPI) -> None:
     @app.get("/vendor/plot_parts.js", include_in_schema=False)
     def plot_parts() -> Response:
         # What a report's plots share; the same for those of the page.
-        script = html.read("template", "plot_parts.js")
+        script = sheet.read("template", "plot_parts.js")
         text = f'import uPlot from "./uPlot.js";\n{script}\nexport default parts;\n'
         return Response(text, media_type="text/javascript")
 

@@ -9,27 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.control import (
-    direct_inverse,
-    exact_inverse,
-    head_path,
-    lookup_table,
-    model_preview,
-    preview,
-)
-from opensuction.control.exact_inverse import HeadState
-from opensuction.control.head_path import HeadLimits
-from opensuction.control.lookup_table import Curves
+from opensuction.control import backlash_inverse, motion_profile, preview
+from opensuction.control.backlash_inverse import Curves, HeadState
+from opensuction.control.motion_profile import HeadLimits
 from opensuction.control.preview import RunIn
 from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
-from opensuction.hysteresis.bank import play_table, turning_point
+from opensuction.hysteresis.bank import play_lines, turning_point
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play_sum import NO_PLAYS, PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.name import by_name
 from opensuction.kernel.record import Array
+from opensuction.kernel.vocabulary import by_name
 
 
 class CompensationKind(IntEnum):
@@ -130,7 +122,7 @@ def branches(kind: CompensationKind, curves: Curves, lines: PlayLines) -> Branch
     if kind in ON_CURVES:
         return np.array([curves.inwards_mm, curves.outwards_mm])
     if kind == CompensationKind.MODEL_PREVIEW:
-        return play_table.tabulate(lines)
+        return play_lines.tabulate(lines)
     return None
 
 
@@ -150,8 +142,8 @@ def head_after_travel_mm(
         return float(prandtl_ishlinskii.saturated_head_mm(plays, tip_mm, direction))
     if heads_mm is not None:
         if compensation.kind == CompensationKind.MODEL_PREVIEW:
-            return float(play_table.saturated_head_mm(heads_mm, tip_mm, direction))
-        inner, outer = lookup_table.branches_mm(curves_of(compensation, heads_mm), tip_mm)
+            return float(play_lines.saturated_head_mm(heads_mm, tip_mm, direction))
+        inner, outer = backlash_inverse.branches_mm(curves_of(compensation, heads_mm), tip_mm)
         return inner if direction > 0.0 else outer
     if compensation.kind == CompensationKind.NONE:
         return tip_mm
@@ -167,7 +159,7 @@ def rest(compensation: Compensation, heads_mm: Branches | None, reference_mm: fl
     if compensation.kind in ON_CURVES:
         lag = 0.5 * (head_after_travel_mm(compensation, heads_mm, reference_mm, 1.0) - head)
     elif heads_mm is not None:
-        lag = float(heads_mm[0, play_table.DECAY])
+        lag = float(heads_mm[0, play_lines.DECAY])
     return Rest(head_mm=head, lag_mm=lag)
 
 
@@ -195,7 +187,7 @@ def step(
     starts_in_s: time until it begins, 0 while it lasts, below 0 where none is announced.
     """
     if compensation.kind == CompensationKind.EXACT_INVERSE:
-        return exact_inverse.step(
+        return backlash_inverse.step(
             compensation.model,
             compensation.limits,
             state,
@@ -242,8 +234,8 @@ def _by_table(
         goal = preview.aim_ahead(
             compensation.run_in, reference_mm, reference_mm_per_s, direction, starts_in_s
         )
-        return model_preview.step(heads_mm, compensation.limits, state, goal, dt_s)
-    return lookup_table.step(
+        return preview.step_model(heads_mm, compensation.limits, state, goal, dt_s)
+    return backlash_inverse.step_lookup_table(
         curves_of(compensation, heads_mm),
         compensation.limits,
         state,
@@ -263,7 +255,7 @@ def _follow_now(
 ) -> HeadState:
     """Head command of the kinds that know only where the reference is and goes now."""
     if compensation.kind == CompensationKind.DIRECT_INVERSE:
-        return direct_inverse.step(compensation.model, state, reference_mm, dt_s)
+        return backlash_inverse.direct_step(compensation.model, state, reference_mm, dt_s)
     return state._replace(head_mm=reference_mm, head_mm_per_s=reference_mm_per_s)
 
 
@@ -291,7 +283,7 @@ def advance(
     there = state._replace(head_mm=head_mm, head_mm_per_s=speed)
     if heads_mm is not None:
         if compensation.kind == CompensationKind.MODEL_PREVIEW:
-            return model_preview.advance(heads_mm, state, head_mm, speed)
+            return preview.advance(heads_mm, state, head_mm, speed)
         return there
     if compensation.kind in ON_PLAYS:
         return there._replace(plays_mm=play_sum.step(compensation.plays, state.plays_mm, head_mm))
@@ -319,7 +311,7 @@ def home(
         speed_mm_per_s=min(speed_mm_per_s, compensation.limits.speed_mm_per_s),
         acceleration_mm_per_s2=compensation.limits.acceleration_mm_per_s2,
     )
-    velocity = head_path.step(limits, distance, 0.0, velocity, dt_s)
+    velocity = motion_profile.step(limits, distance, 0.0, velocity, dt_s)
     return advance(compensation, heads_mm, state, state.head_mm + velocity * dt_s, velocity)
 
 
@@ -361,6 +353,6 @@ def at_contact(
 def _tip_by_table(compensation: Compensation, heads_mm: Branches, there: HeadState) -> float:
     """Tip of the kinds whose numbers go apart."""
     if compensation.kind == CompensationKind.MODEL_PREVIEW:
-        return float(model_preview.tip_mm(heads_mm, there))
+        return float(preview.tip_mm(heads_mm, there))
     curves, outwards = curves_of(compensation, heads_mm), there.lag_mm > 0.0
-    return float(lookup_table.tip_mm(curves, there.head_mm, outwards))
+    return float(backlash_inverse.tip_mm(curves, there.head_mm, outwards))

@@ -12,15 +12,14 @@ no cycle can start is an alarm all the same.
 import numpy as np
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import progress, schedule
-from opensuction.procedure.cycle.check import VENTED_MMHG
-from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.check import VENTED_MMHG, CheckItem
 from opensuction.procedure.cycle.interlocks import Interlocks, Service
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
 from opensuction.safety.condition import Condition
 

@@ -17,12 +17,12 @@ from opensuction.control.compensation import (
     Branches,
     CompensationKind,
 )
-from opensuction.controller import settings_check
+from opensuction.controller import record
 from opensuction.controller.record import Settings
-from opensuction.hysteresis.bank import play_lines, play_table
-from opensuction.kernel.codegen import document
+from opensuction.hysteresis.bank import play_lines
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
+from opensuction.kernel.vocabulary import name_of
 
 WHERE = "controller settings"
 """Opens every message."""
@@ -47,7 +47,7 @@ def check(configuration: Configuration) -> None:
     Raises InputError.
     """
     settings, heads_mm = configuration
-    settings_check.check(settings)
+    record.check(settings)
     kind = settings.compensation.kind
     if kind not in list(CompensationKind):
         raise InputError(f"{WHERE}: compensation.kind is {kind}: no compensator has that number")
@@ -88,7 +88,7 @@ def _check_table(table: Branches) -> None:
         raise InputError(
             f"{WHERE}: heads_mm is {_shape(table)} numbers: should be at most {MOST_NUMBERS}"
         )
-    reason = play_lines.why_not_driven(play_table.to_lines(table))
+    reason = play_lines.why_not_driven(play_lines.to_lines(table))
     if reason is not None:
         raise InputError(f"{WHERE}: no head can be driven by the model of heads_mm: {reason}")
 
@@ -101,7 +101,7 @@ def to_json(configuration: Configuration) -> str:
     settings, heads_mm = configuration
     whole = {
         "heads_mm": None if heads_mm is None else np.asarray(heads_mm, np.float64).tolist(),
-        "settings": document.write(Settings, settings),
+        "settings": plain_row.write(Settings, settings),
     }
     return json.dumps(whole, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
@@ -123,7 +123,7 @@ def from_json(text: str) -> Configuration:
         raise InputError(f"{WHERE}: no JSON: {problem}") from problem
     if not isinstance(whole, dict) or whole.keys() != {"heads_mm", "settings"}:
         raise InputError(f"{WHERE}: should be an object of 'heads_mm' and 'settings'")
-    settings = document.read(Settings, whole["settings"], WHERE)
+    settings = plain_row.read(Settings, whole["settings"], WHERE)
     found = Configuration(settings, _branches(whole["heads_mm"]))
     check(found)
     return found

@@ -4,24 +4,22 @@ procedure (what) -> control (how) -> governor (may it?) -> servos -> commands, a
 servos come after the governor because its own reactions, hold and withdraw, need them too.
 """
 
-from opensuction.control import compensation, servo, valve
+from opensuction.control import compensation, servo
+from opensuction.control.backlash_inverse import HeadState
 from opensuction.control.compensation import Branches
-from opensuction.control.exact_inverse import HeadState
 from opensuction.control.servo import ServoState
-from opensuction.controller import alarm_source, head_command, settings_check
+from opensuction.controller import alarm_source, head_command, record
 from opensuction.controller.record import CoreState, Inputs, Outputs, Settings, State
-from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Commands, Readings, Requests, Setpoints
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.procedure.cycle import button, cycle, interlocks, lock_out, progress
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.interlocks import Interlocks, Service
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.condition import Condition
@@ -42,7 +40,7 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     `restart`.
     Raises InputError for settings with a number that is none (`settings_check.check`).
     """
-    settings_check.check(settings)
+    record.check(settings)
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
     away = Phase.ABORTING if head_mm > motion.park_head_mm else Phase.HALTED
@@ -110,7 +108,9 @@ def _actuate(
 
     verdict: which may have torque, and whether the insertion drive is told the opposite.
     """
-    cam, cam_speed = valve.step(settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
+    cam, cam_speed = servo.step_valve(
+        settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s
+    )
     insertion, insertion_v = servo.step(
         settings.insertion_servo,
         state.insertion_servo,

@@ -1,18 +1,31 @@
-"""Limits of the governor for a protocol on a machine, with the margins they rest on."""
+"""Limits of the governor for a protocol on a machine, with the margins they rest on.
+
+Flow of the suction line with a free catheter, against which the procedure detects mucus.
+"""
 
 import math
 
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.kernel.constant import ATMOSPHERE_MMHG, BLASIUS_POWER, ML_PER_S
+from opensuction.kernel.unit import ATMOSPHERE_MMHG, BLASIUS_POWER, ML_PER_S
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.planning.guideline import GUIDELINES
-from opensuction.procedure.planning.protocol import Protocol, nearest_contact_mm
-from opensuction.procedure.planning.site import Site
-from opensuction.safety import patient_limit, tip_bound
-from opensuction.safety.limits import DriveLimits, Limits, LineLimits, ValveLimits, WindowLimits
-from opensuction.safety.watch import contact_window
+from opensuction.procedure.planning.protocol import Protocol, Site, nearest_contact_mm
+from opensuction.procedure.suction.line_flow import SAMPLE_S, FreeFlow
+from opensuction.safety.limits import (
+    GAP_MOST,
+    DriveLimits,
+    Limits,
+    LineLimits,
+    ValveLimits,
+    WindowLimits,
+    assume_anywhere,
+    bound_tip,
+    deepest_mm,
+    limits_of,
+)
+from opensuction.safety.watch import tip_force
 from opensuction.safety.watch.vacuum_signature import CLOSED_SHARE
 
 MOUTH_MM = 10.0
@@ -101,7 +114,7 @@ def _window(
     """Window in which contact may and must come; by travel none must, and none may in the tube."""
     if not by_contact:
         return WindowLimits(from_mm=-math.inf if on_bench else TUBE_END_MM, by_mm=math.inf)
-    slack_mm = 0.5 * (tip_bound.GAP_MOST - 1.0) * float(modified_dahl.gap_mm(model)) + WINDOW_MM
+    slack_mm = 0.5 * (GAP_MOST - 1.0) * float(modified_dahl.gap_mm(model)) + WINDOW_MM
     from_mm = nearest_contact_mm(protocol)
     return WindowLimits(from_mm=from_mm, by_mm=protocol.travel_mm - slack_mm)
 
@@ -121,10 +134,10 @@ def limits(
     by_contact: bool,
 ) -> Limits:
     """Governor's limits for a protocol, on the transmission that was identified (or nominal)."""
-    tip = tip_bound.bound_tip(
+    tip = bound_tip(
         gain=model.slope, offset_mm=model.offset_mm, gap_mm=float(modified_dahl.gap_mm(model))
     )
-    parked = tip_bound.deepest_mm(tip, tip_bound.assume_anywhere(tip, park_head_mm))
+    parked = deepest_mm(tip, assume_anywhere(tip, park_head_mm))
     farthest_mm = protocol.cap_mm - site.park_mm + float(modified_dahl.gap_mm(model))
     on_bench = site.boundary_mm == TUBE_END_MM
     stays_on_carina = by_contact and protocol.backoff_mm == 0.0
@@ -165,7 +178,62 @@ def limits(
         in_airway_s=protocol.in_airway_budget_s,
         contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
         # By travel no carina is to be touched, but by the hand that teaches where it is.
-        driven_contact_s=math.inf if by_contact or on_bench else contact_window.IMPOSSIBLE_S,
+        driven_contact_s=math.inf if by_contact or on_bench else tip_force.IMPOSSIBLE_S,
         withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
-        patient=patient_limit.limits_of(site.age, site.peep_cmh2o, site.monitored, site.breathes),
+        patient=limits_of(site.age, site.peep_cmh2o, site.monitored, site.breathes),
+    )
+
+
+REST_FREE_SHARE = 0.8
+"""Share of a free catheter's flow from which only gas comes, seen while the pump rests. Mucus takes
+.6 of the tip (assumed) and leaves .4; a canister half full makes .8 of that."""
+CRITICAL_ML_PER_S_PER_MM = 27.1
+"""Flow at the critical Reynolds number of 2,300 for each mm of bore [computed]: a thin bore has no
+less at `THIN_MMHG`, for below it flow is laminar and meets less resistance."""
+THIN_MMHG = 100.0
+"""[computed] A bore of 1.5 mm is between laminar and turbulent there."""
+NOISE_MMHG = 2.0
+"""White noise of the vacuum sensor at `SAMPLE_S`; assumed."""
+FLOW_ERROR = 0.1
+"""Standard deviation that this noise may leave in the flow, as share of a free catheter's: half of
+the way to where it is told from mucus."""
+LEAST_WINDOW_S = 0.1
+"""Shortest time over which the flow is measured beside a running pump; assumed."""
+
+
+def _window_s(fall_mmhg_per_s: float) -> float:
+    """Time in which a line fitted to the noise leaves that much of a fall.
+
+    The slope of a line through n readings deviates by sqrt(12 / n) / T times what they do.
+    """
+    spread = math.sqrt(12.0 * SAMPLE_S) * NOISE_MMHG
+    return float((spread / (FLOW_ERROR * fall_mmhg_per_s)) ** (2.0 / 3.0))
+
+
+def free_flow(
+    profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float, at_rest: bool
+) -> FreeFlow:
+    """As the profile has the line, for a catheter of that outer diameter and a set point.
+
+    at_rest: the pump rests with the valve open (`LineLimits.rests_open`). Beside a running pump the
+    line is at its set point while mucus comes: what the pump takes out there bounds the flow.
+    """
+    pump = profile.pump_l_per_min * ML_PER_S
+    per_mmhg = pump / profile.pump_occluded_mmhg
+    thin = CRITICAL_ML_PER_S_PER_MM * (catheter_mm - WALLS_MM) / math.sqrt(THIN_MMHG)
+    per_root = max(bore_ml_per_s_per_root(catheter_mm), thin)
+    drawn = per_root * math.sqrt(vacuum_mmhg)
+    canister = profile.canister_ml / ATMOSPHERE_MMHG
+    window_s, free_share = _window_s(drawn / canister), REST_FREE_SHARE
+    if not at_rest:
+        window_s = max(window_s, LEAST_WINDOW_S)
+        free_share = 0.5 * (1.0 + (pump - per_mmhg * vacuum_mmhg) / drawn)
+    return FreeFlow(
+        window_s=window_s,
+        pump_ml_per_s=pump,
+        pump_ml_per_s_per_mmhg=per_mmhg,
+        bore_ml_per_s_per_root_mmhg=per_root,
+        canister_ml_per_mmhg=canister,
+        free_share=free_share,
+        at_rest=at_rest,
     )

@@ -1,12 +1,12 @@
 """The commanded head position, and what the procedure learns of it."""
 
 from opensuction.control import compensation
+from opensuction.control.backlash_inverse import HeadState
 from opensuction.control.compensation import Branches
-from opensuction.control.exact_inverse import HeadState
 from opensuction.controller.record import CoreState, Settings
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings, is_number
+from opensuction.kernel.interface import Readings, is_number
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.progress import ControlFeedback

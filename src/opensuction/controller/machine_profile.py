@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le
 
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.kernel.meaning import Meaning
+from opensuction.kernel.vocabulary import Meaning
 from opensuction.procedure.cycle.plan import Excitation
 
 

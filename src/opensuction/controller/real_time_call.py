@@ -16,7 +16,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.compiler.typed_call import TypedCall
+from opensuction.kernel.compiler.dispatcher import TypedCall
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 

@@ -1,8 +1,15 @@
-"""Settings of the controller from what is known of the machine, the protocol and a calibration."""
+"""Settings of the controller from what is known of the machine, the protocol and a calibration.
+
+Run-in of the head: its lead over the reference at a start, rehearsed on its model beforehand.
+"""
+
+import math
+from collections.abc import Callable
 
 import numpy as np
 
-from opensuction.control import compensation, model_preview, preview
+from opensuction.control import compensation, preview
+from opensuction.control.backlash_inverse import Curves
 from opensuction.control.compensation import (
     FED_FORWARD,
     LOOKS_AHEAD,
@@ -12,33 +19,97 @@ from opensuction.control.compensation import (
     Compensation,
     CompensationKind,
 )
-from opensuction.control.head_path import HeadLimits
-from opensuction.control.lookup_table import Curves
-from opensuction.control.preview import RunIn
-from opensuction.control.servo import Servo
-from opensuction.control.valve import ValveMotion
-from opensuction.controller import run_in as run_ins
+from opensuction.control.motion_profile import HeadLimits, Profile
+from opensuction.control.preview import RunIn, Start
+from opensuction.control.servo import Servo, ValveMotion
 from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward
-from opensuction.controller.free_flow import free_flow
-from opensuction.controller.governor_limit import limits
+from opensuction.controller.governor_limit import free_flow, limits
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
 from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
+from opensuction.hysteresis.bank.play_lines import Table
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.kernel.constant import ATMOSPHERE_MMHG, ML_PER_S
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
+from opensuction.kernel.unit import ATMOSPHERE_MMHG, ML_PER_S
+from opensuction.kernel.vocabulary import name_of
 from opensuction.procedure.cycle.interlocks import LIFE_S, Service
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.cycle.schedule import ON_REQUEST_ONLY, Schedule
-from opensuction.procedure.planning import pass_rule, planner
+from opensuction.procedure.planning import guideline, planner
 from opensuction.procedure.planning.planner import Abilities
-from opensuction.procedure.planning.protocol import Protocol
-from opensuction.procedure.planning.site import Site
-from opensuction.safety import tip_bound
+from opensuction.procedure.planning.protocol import Protocol, Site
 from opensuction.safety.alarm import alarm_state
-from opensuction.safety.alarm.signal_value import REMINDER
+from opensuction.safety.alarm.alarm_signal import REMINDER
+from opensuction.safety.limits import bound_tip, head_cap_mm
+
+RUN_INS_S = tuple(0.01 * step for step in range(16))
+"""Run-ins that are tried: the best of the machines here lie at 0.04 to 0.1 s."""
+LIKELY_RUN_IN_S = 0.06
+"""Where the search begins; the nearer to the best, the sooner the others are seen to be worse."""
+LONG_RUN_INS_S = (*RUN_INS_S, *(0.05 * step for step in range(4, 31)))
+"""Likewise of a model whose tip creeps along while a gap is crossed: then the crossing itself is
+what begins early, and 25 mm take 1.5 s."""
+REHEARSAL_TICK_S = 0.001
+"""The control loop's own tick."""
+REHEARSED_MM = 90.0
+"""Length of the rehearsed move: longer than what its start needs."""
+
+
+def _best_s(run_ins_s: tuple[float, ...], rehearse: Callable[[float, float], float]) -> float:
+    """The one of some run-ins that leaves the smallest tip error at the start of a move.
+
+    rehearse: the error of a run-in, s; carried to its end while it is below the second number.
+    """
+    best = (math.inf, 0.0)
+    for run_in_s in sorted(run_ins_s, key=lambda run_in_s: abs(run_in_s - LIKELY_RUN_IN_S)):
+        # A rehearsal ends as soon as it is worse than the best one before.
+        best = min(best, (float(rehearse(run_in_s, best[0])), run_in_s))
+    return best[1]
+
+
+def find(
+    model: PrandtlIshlinskii,
+    table: Table | None,
+    limits: HeadLimits,
+    speeds_mm_per_s: tuple[float, float],
+) -> RunIn:
+    """The best run-ins inwards and outwards.
+
+    table: of the model that drives; None: the plays do. speeds_mm_per_s: of the tip when it starts
+    inwards and outwards. Where the gain changes with the place the start inwards is rehearsed at
+    the tube's end, the one outwards deep inside. Raises InputError for too many plays.
+    """
+    inwards, outwards = (
+        Profile(0.0, REHEARSED_MM, speed, limits.acceleration_mm_per_s2)
+        for speed in speeds_mm_per_s
+    )
+    if table is not None:
+        return RunIn(
+            _of_table(table, limits, Start(TUBE_END_MM, 1.0, inwards)),
+            _of_table(table, limits, Start(REHEARSED_MM, -1.0, outwards)),
+        )
+    plays = play_sum.bundle(model)
+    return RunIn(*(_of_plays(plays, limits, move) for move in (inwards, outwards)))
+
+
+def _of_plays(plays: play_sum.PlaySum, limits: HeadLimits, move: Profile) -> float:
+    return _best_s(
+        RUN_INS_S,
+        lambda run_in_s, most: preview.rehearse(
+            plays, limits, move, run_in_s, REHEARSAL_TICK_S, most
+        ),
+    )
+
+
+def _of_table(table: Table, limits: HeadLimits, start: Start) -> float:
+    return _best_s(
+        LONG_RUN_INS_S,
+        lambda run_in_s, most: preview.rehearse_model(
+            table, limits, start, run_in_s, REHEARSAL_TICK_S, most
+        ),
+    )
+
 
 AUDIO_PAUSE_S = 120.0
 """Length of an audio pause: the longest that is allowed."""
@@ -60,10 +131,10 @@ def _lines_gap_mm(table: Branches) -> float:
     As far as the tip may go early: where it creeps along, the crossing is part of the run-in.
     """
     widest_mm = 0.0
-    for tip_mm in np.linspace(TUBE_END_MM, run_ins.REHEARSED_MM, GAPS_LOOKED_AT).tolist():
+    for tip_mm in np.linspace(TUBE_END_MM, REHEARSED_MM, GAPS_LOOKED_AT).tolist():
         for direction in (1.0, -1.0):
-            rest = model_preview.at_rest(table, tip_mm, -direction)
-            crossed = model_preview.cross(table, rest, direction * preview.EARLY_MM)
+            rest = preview.at_rest(table, tip_mm, -direction)
+            crossed = preview.cross(table, rest, direction * preview.EARLY_MM)
             widest_mm = max(widest_mm, abs(crossed.head_mm - rest.head_mm))
     return widest_mm
 
@@ -93,7 +164,7 @@ JOG_SHARE = 0.25
 
 def _jog_mm(model: ModifiedDahl) -> float:
     gap_mm = float(modified_dahl.gap_mm(model))
-    tip = tip_bound.bound_tip(gain=model.slope, offset_mm=model.offset_mm, gap_mm=gap_mm)
+    tip = bound_tip(gain=model.slope, offset_mm=model.offset_mm, gap_mm=gap_mm)
     return min(JOG_MM, JOG_SHARE * tip.narrow_mm)
 
 
@@ -171,7 +242,7 @@ def compensator(
     run_in = RunIn(0.0, 0.0)
     if kind in RUNS_IN and speeds_mm_per_s is not None:
         table = branches(kind, calibration)
-        run_in = run_ins.find(calibration.plays, table, limits, speeds_mm_per_s)
+        run_in = find(calibration.plays, table, limits, speeds_mm_per_s)
     return compensation.choose(
         kind,
         limits,
@@ -191,7 +262,7 @@ def abilities(
     ahead_mm = turn_mm if kind in LOOKS_AHEAD else 0.0
     if kind in RUNS_IN:
         # Room for the run-in, wherever its best length turns out to lie.
-        ahead_mm += run_ins.RUN_INS_S[-1] * profile.head_planned_mm_per_s
+        ahead_mm += RUN_INS_S[-1] * profile.head_planned_mm_per_s
     return Abilities(
         head_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
@@ -250,12 +321,12 @@ def plan_settings(
     if protocol.nothing_comes_s > 0.0:
         flow = free_flow(profile, site.catheter_mm, protocol.vacuum_mmhg, rests_open)
         plan = plan._replace(flow=flow)
-    check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
+    check_cap(chosen, heads_mm, protocol, float(head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,
         cycle_s=planner.longest_cycle_s(plan),
         schedule=ON_REQUEST_ONLY,
-        passes=pass_rule.of(protocol.bench_only, site.age),
+        passes=guideline.of(protocol.bench_only, site.age),
     )
     return Settings(
         plan=plan,

@@ -16,7 +16,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Gt
 
-from opensuction.hysteresis.model_state import InverseMove
+from opensuction.hysteresis.play import InverseMove
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 

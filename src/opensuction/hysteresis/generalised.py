@@ -22,8 +22,8 @@ import numpy as np
 from annotated_types import Gt
 
 from opensuction.hysteresis import bracket, modified_dahl, play
-from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.play import InverseMove, ModelState
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 

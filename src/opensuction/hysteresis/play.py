@@ -11,14 +11,31 @@ superposition.
 """
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt
 
-from opensuction.hysteresis.model_state import InverseMove
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
+
+
+class ModelState(NamedTuple):
+    """Position of the input, and the memory there."""
+
+    head_mm: float
+    memory: Any
+    """A float, or an array of elements."""
+
+
+class InverseMove(NamedTuple):
+    """A move of the input found by inverting a model."""
+
+    move_mm: float
+    """Signed move of the input from where it is."""
+    reached: bool
+    """Whether the output is at the target after it. If not, no move reaches the target: the move
+    is 0 or ends where the model's output or the range it holds for ends; each model says which."""
 
 
 class Play(NamedTuple):

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from opensuction.identification import fold
-from opensuction.identification.fold import Folds
+from opensuction.identification import record
 from opensuction.identification.judgement import diagnosis, fitted_range
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.judgement.fitted_range import FittedRange
-from opensuction.identification.record import read_pair, read_samples
+from opensuction.identification.record import Folds, read_pair, read_samples
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 
@@ -74,7 +73,7 @@ def check(
     begin_in = driven[:fitted_samples]
     warnings = _judge_fitted(driven, answer, time, fitted_samples, labels)
     begin_time = None if time is None else time[:fitted_samples]
-    folds = fold.cut(begin_in, begin_time)
+    folds = record.cut(begin_in, begin_time)
     fitted = fitted_range.measure(begin_in, begin_time)
     rest_time = None if time is None else time[fitted_samples:]
     beyond = fitted_range.judge_beyond(fitted, driven[fitted_samples:], rest_time, labels)

@@ -2,6 +2,8 @@
 
 Units are the caller's: a recording may be millimetres, degrees or encoder counts. Arguments that
 carry them say how they are called, so that every unit and every message speaks of the recording.
+
+Models that can be identified from a recording, and the methods for each.
 """
 
 import math
@@ -12,8 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
+    LinearForm,
     VectorForm,
     ranges_of,
     write_unit,
@@ -29,9 +33,10 @@ from opensuction.identification.estimator import nonlinear, superposition
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.search import SEARCHES, search
 from opensuction.identification.estimator.superposition import Superposition
-from opensuction.identification.judgement import coupling, diagnosis, driven
+from opensuction.identification.judgement import candidate, diagnosis
 from opensuction.identification.judgement.candidate import (
     Candidate,
+    Driven,
     Estimate,
     Superposed,
     judge_readout,
@@ -39,24 +44,75 @@ from opensuction.identification.judgement.candidate import (
     judge_vector,
 )
 from opensuction.identification.judgement.diagnosis import Labels
-from opensuction.identification.judgement.driven import Driven
-from opensuction.identification.judgement.fitted_range import FittedRange
+from opensuction.identification.judgement.fitted_range import (
+    FittedRange,
+    find_missing,
+    measure_shares,
+)
 from opensuction.identification.judgement.recommendation import (
     Aim,
     Rated,
     check_purpose,
     recommend,
 )
-from opensuction.identification.method import (
-    COUPLED,
-    MODELS,
-    RISING,
-    choose_for,
-    choose_method,
-)
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
+
+MODELS = {name: model for name, model in CATALOGUE.items() if model.form is not None}
+"""Models that can be identified from any recording."""
+
+METHODS = {
+    "variable-projection": "linear parameters solved exactly, a global search over the others",
+    "genetic-algorithm": "the paper's way: a genetic algorithm, then Nelder-Mead",
+    "differential-evolution": "differential evolution, then Nelder-Mead",
+    "non-negative": "least squares with weights at least 0, complexity by cross-validation",
+    "rising": "non-negative, and nothing else that could move the output the wrong way",
+    "regularised": "least squares with a penalty, complexity by cross-validation",
+}
+"""Ways to identify them, and what they are."""
+
+COUPLED = "play-readout"
+"""The model that follows several inputs."""
+
+RISING = "rising"
+"""The method for a model that is to drive a head."""
+
+
+def methods_of(model: HysteresisModel) -> tuple[str, ...]:
+    """Names of the methods that can identify a model; the first is its default."""
+    if model.name == COUPLED:
+        return ("non-negative", RISING)
+    match model.form:
+        case VectorForm():
+            return ("variable-projection", *SEARCHES)
+        case LinearForm(nonnegative=nonnegative):
+            return ("non-negative",) if nonnegative else ("regularised",)
+        case None:
+            return ()
+
+
+def choose_for(model: HysteresisModel, purpose: str) -> str:
+    """The method for a purpose: a model that is to drive a head must be able to."""
+    methods = methods_of(model)
+    return RISING if purpose == "compensate" and RISING in methods else methods[0]
+
+
+def choose_method(model: str, method: str | None) -> str:
+    """The method to use; InputError for an unknown name or a pair that does not go together."""
+    if model not in MODELS:
+        raise InputError(f"model '{model}' is not known: one of {', '.join(MODELS)}")
+    methods = methods_of(MODELS[model])
+    if method is None:
+        return methods[0]
+    if method not in METHODS:
+        raise InputError(f"method '{method}' is not known: one of {', '.join(METHODS)}")
+    if method not in methods:
+        raise InputError(
+            f"method '{method}' cannot identify model '{model}': one of {', '.join(methods)}"
+        )
+    return method
+
 
 Progress = Callable[[str, int, int], None]
 """Called before each model: its name, how many are done, how many there are."""
@@ -164,7 +220,7 @@ def _search(
         others = name_others(labels, len(inputs) - 1)
 
         def judge_coupled(found: ReadoutFit) -> Candidate:
-            drives = driven.judge(model, found.records[0], inputs)
+            drives = candidate.judge(model, found.records[0], inputs)
             return judge_readout(found, others)._replace(driven=drives)
 
         return lambda: readout_fit.fit(inputs, output, folds), judge_coupled
@@ -173,7 +229,7 @@ def _search(
         fading = purpose != "transfer"  # what a recording begins with is its own
 
         def judge_sum(found: Superposition) -> Candidate:
-            drives = driven.judge(model, found.record, inputs)
+            drives = candidate.judge(model, found.record, inputs)
             return judge_superposition(found, ranges_of(input_, output))._replace(driven=drives)
 
         return (
@@ -261,7 +317,7 @@ def _share(recording: CheckedRecording, found: Candidate, range_: float) -> dict
     names = [recording.labels.input_name]
     names += name_others(recording.labels, len(recording.inputs) - 1)
     parts = found.parts(recording.inputs)
-    return coupling.measure_shares(dict(zip(names, parts, strict=True)), range_)
+    return measure_shares(dict(zip(names, parts, strict=True)), range_)
 
 
 def _warn_of_others(
@@ -272,7 +328,7 @@ def _warn_of_others(
     columns = {name: np.asarray(values, dtype=np.float64) for name, values in beside.items()}
     usable = {name: each[:count] for name, each in columns.items() if each.size >= count}
     rest = (recording.output - found.fitted)[:count]
-    said = coupling.find_missing(rest, usable, recording.folds)
+    said = find_missing(rest, usable, recording.folds)
     return found._replace(warnings=(*found.warnings, *said))
 
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.requests import NO_REQUESTS, STOP, Requests
+from opensuction.kernel.interface import NO_REQUESTS, STOP, Requests
 
 LARGEST = 2048
 """Bytes of a datagram; a longer one is refused."""

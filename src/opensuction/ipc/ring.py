@@ -3,16 +3,27 @@
 The file is mapped into memory by all of them, so what was written outlives its writer: after a
 crash whoever finds the file reads what is in it. A reader that is overtaken is told how many rows
 it has missed. The newest row is the state of the machine now.
+
+A ring whose writer may end, and another one begin: then its file is another one.
+
+Ring of events as short texts, from one writing process to any number of readers.
+
+Rows hold the state of each tick; events hold what happens once, such as who made a request and what
+the answer was.
+
+Position of a reader, in a file that outlives it: the next reader resumes there.
 """
 
 import fcntl
 import json
 import mmap
 import os
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -20,13 +31,54 @@ import numpy.typing as npt
 from opensuction.kernel import private_file, slot
 from opensuction.kernel.errors import InputError
 
+WORD = 8
+
+
+class Place(NamedTuple):
+    """Place of a reader in its rings."""
+
+    row: int
+    """Number of the last row that it need not read again."""
+    event: int
+    """Likewise of the events."""
+
+
+class ReadCheckpoint:
+    """The file."""
+
+    def __init__(self, path: Path) -> None:
+        """Made where it is not there yet. Raises InputError where it cannot be."""
+        size = WORD * 3
+        try:
+            with private_file.append(path) as file:
+                os.posix_fallocate(file.fileno(), 0, size)
+                self._words = np.frombuffer(mmap.mmap(file.fileno(), size), np.int64)
+        except OSError as error:
+            raise InputError(f"{path} cannot be written: {error.strerror}") from None
+
+    def find(self, run: str) -> Place | None:
+        """Place to which the run of this name was read; None of another one."""
+        own, row, event = (int(word) for word in self._words)
+        return Place(row, event) if own == _number_of(run) else None
+
+    def set(self, run: str, place: Place) -> None:
+        """Note how far the run of this name has been read."""
+        self._words[0] = 0
+        self._words[1:] = place
+        self._words[0] = _number_of(run)
+
+
+def _number_of(run: str) -> int:
+    """A name as a word that is not 0."""
+    return int.from_bytes(sha256(run.encode()).digest()[:7], "big") + 1
+
+
 MAGIC = 0x6F73_7263_5F72_696E
 VERSION = 1
 HEADER_WORDS = 8
 """Magic, version, slots, columns, bytes of what is said of them, number of the newest row, and two
 to spare."""
 NEWEST = 5
-WORD = 8
 PAGE = 4096
 HASTE_ROWS = 16
 """How much nearer than a whole ring to the writer an overtaken reader goes on: while it copies, the
@@ -201,3 +253,96 @@ class RingReader:
         missed = max(oldest - self.next, 0) + int(np.count_nonzero(~whole))
         self.next = newest + 1
         return Read(rows[whole].view(np.float64), oldest, missed)
+
+
+class FollowedRing:
+    """Whoever follows it looks now and then whether the file is another one by now."""
+
+    def __init__(self, path: Path, wanted: Callable[[tuple[str, ...]], bool]) -> None:
+        """wanted: says of a ring's columns whether it is one to be read; others are left alone."""
+        self._path, self._wanted = path, wanted
+        self._inode = 0
+        self.reader: RingReader | None = None
+        """Of the newest file that was found; None before there was one."""
+
+    def look(self) -> bool:
+        """Open the ring where there is another one than before; whether there was."""
+        try:
+            inode = self._path.stat().st_ino
+            if inode == self._inode:
+                return False
+            reader = RingReader(self._path)
+        except (OSError, InputError):
+            return False
+        if not self._wanted(reader.facts.columns):
+            return False
+        self.reader, self._inode = reader, inode
+        return True
+
+
+WORDS = 128
+"""Longest text, 8 bytes each; the longest words of a longer one are cut."""
+SLOTS = 4096
+COLUMNS = tuple(f"word.{i}" for i in range(WORDS))
+CUT = "..."
+"""Ends words that were cut."""
+
+
+class ProcessEvent(NamedTuple):
+    """One of them."""
+
+    number: int
+    fields: dict[str, Any]
+
+
+def _write(told: dict[str, Any]) -> bytes:
+    # Half a surrogate pair is a letter to JSON, and none to anybody else.
+    return json.dumps(told, ensure_ascii=False).encode(errors="replace")
+
+
+class EventWriter:
+    """Writer of events."""
+
+    def __init__(self, path: Path, before: Path | None = None) -> None:
+        """See `RingWriter`."""
+        self._ring = RingWriter(path, COLUMNS, SLOTS, {}, before)
+
+    def write(self, kind: str, tick: int, **fields: str) -> None:
+        """Tell that something happened in a tick, now."""
+        told = {"kind": kind, "tick": tick, "time_ns": time.monotonic_ns()}
+        text = _write({**told, **fields})
+        while len(text) > 8 * WORDS:
+            longest = max(fields, key=lambda name: len(_write({name: fields[name]})))
+            fields[longest] = fields[longest].removesuffix(CUT)[: len(fields[longest]) // 2] + CUT
+            text = _write({**told, **fields})
+        # Of numbers that may be written to, as any row is: others take machine code of their own.
+        self._ring.write(np.frombuffer(bytearray(text.ljust(8 * WORDS)), np.float64))
+
+    def close(self) -> None:
+        """Let another one tell; the file stays, with all that is in it."""
+        self._ring.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class EventReader:
+    """Reader of events."""
+
+    def __init__(self, source: Path | RingReader) -> None:
+        """source: see `RingReader`; or one that was opened already."""
+        self._ring = source if isinstance(source, RingReader) else RingReader(source)
+
+    def go_on_after(self, number: int) -> None:
+        """Read on after this event."""
+        self._ring.next = number + 1
+
+    def read(self) -> tuple[list[ProcessEvent], int]:
+        """Events since the last call, and how many were missed before them."""
+        found = self._ring.read()
+        told = [json.loads(row.tobytes()) for row in found.rows]
+        events = [ProcessEvent(found.first + i, fields) for i, fields in enumerate(told)]
+        return events, found.missed

@@ -1,7 +1,19 @@
-"""The unit that the suffix of a field's name carries: ``speed_mm_per_s`` is in mm/s."""
+"""The unit that the suffix of a field's name carries: ``speed_mm_per_s`` is in mm/s.
+
+Units in terms of one another, and what of physics more than one room goes by.
+"""
 
 import re
 from typing import Final
+
+HOUR_S = 3600.0
+ML_PER_S = 1000.0 / 60.0
+"""mL/s for each L/min."""
+PA_PER_MMHG = 133.322
+ATMOSPHERE_MMHG = 760.0
+BLASIUS_POWER = 19.0 / 7.0
+"""Turbulent flow through a pipe at a given pressure loss grows with this power of its bore."""
+
 
 _AS_WRITTEN: Final = ("cm", "deg", "h", "kg", "m", "min", "mm", "ms", "ohm", "rad", "s", "us")
 

@@ -2,12 +2,15 @@
 
 Nothing of pandas or polars is imported: a series says its name, a data frame its columns, and both
 become arrays by NumPy's own protocol.
+
+Recordings from files, as columns for scripts.
 """
 
 import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,12 +19,13 @@ import numpy as np
 from opensuction.identification.record import read_samples
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.recording.array_column import count_seconds
-from opensuction.recording.pair import Pair
+from opensuction.recording import table
+from opensuction.recording.array_column import Pair, count_seconds
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import LoadedRecording
+from opensuction.settings.validation import choose
 
 SOURCE = Path("arrays")
 """What stands for the file where there is none."""
@@ -201,3 +205,27 @@ def load(
         beside={},
     )
     return identification_run.arrange(bare, columns, dict)
+
+
+class Table(dict[str, Array]):
+    """Columns of a file by name, each of shape (samples,)."""
+
+    def __repr__(self) -> str:
+        samples = next(iter(self.values())).size if self else 0
+        return f"Table({samples} samples of {', '.join(self)})"
+
+
+def read(path: str | PathLike[str], *names: str, skip_missing: bool = False) -> Table:
+    """Columns of a recording by name: of CSV, Parquet, NumPy's ``.npz`` or MATLAB's ``.mat``.
+
+    names: of the columns that are wanted; none: all of them. skip_missing: rows in which one of
+    them has no number are left out instead of refused. Raises InputError for what is no such file,
+    a column that it lacks, and cells that are no numbers.
+    """
+    with in_python():
+        found = table.open_table(Path(path))
+        wanted = {name: table.find_name(found, name) for name in names or found.names}
+        for name in wanted.values():
+            choose(name, dict.fromkeys(found.names), f"column in {path}:")
+        columns, _ = table.read_columns(found, [*wanted.values()], skip_missing)
+    return Table({name: columns[full] for name, full in wanted.items()})

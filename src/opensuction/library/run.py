@@ -17,8 +17,8 @@ from opensuction.session.cycle import (
     cycle_run,
     cycle_summary,
     fault_run,
-    machine_summary,
     resolution,
+    summary_section,
     trace_file,
 )
 from opensuction.session.cycle.cycle_run import Prepared
@@ -68,7 +68,7 @@ class Run:
 
         Raises OSError where it cannot be written.
         """
-        html = page.render(self.result, self.trace, machine_summary.sections(self.prepared))
+        html = page.render(self.result, self.trace, summary_section.sections(self.prepared))
         Path(path).write_text(html, encoding="utf-8", errors="backslashreplace")
 
     def save_trace(self, path: Name, force: bool = False) -> None:

@@ -7,8 +7,7 @@ from datetime import UTC, datetime
 from functools import cached_property
 from html import escape
 
-from opensuction.identification.method import MODELS
-from opensuction.identification.workbench import FittedModel
+from opensuction.identification.workbench import MODELS, FittedModel
 from opensuction.library.columns import Given, Values, in_python, load
 from opensuction.library.fit import Fit, Fitted
 from opensuction.report.identification import identification_words
@@ -16,7 +15,7 @@ from opensuction.result.identification_result import ComparisonResult, Identific
 from opensuction.result.plain import Json, to_json
 from opensuction.session.identification import identification_run, identification_summary
 from opensuction.session.identification.identification_run import LoadedRecording
-from opensuction.settings.choice import choose
+from opensuction.settings.validation import choose
 
 
 @dataclass(frozen=True, eq=False, repr=False)

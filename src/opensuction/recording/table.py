@@ -2,24 +2,29 @@
 
 Nothing is guessed: a cell that is no number, a missing one, or a file that is something else is
 refused in one line. Only the columns asked for are kept in memory.
+
+A recording from standard input, kept in a file while it is read: tables are read twice.
 """
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from io import BufferedReader
 from pathlib import Path
 from stat import S_ISREG
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import mat_table, npz_table, parquet_table, text_table
-from opensuction.recording.bound import LARGEST_TEXT_BYTES, megabytes
+from opensuction.recording import mat_table, text_table
+from opensuction.recording.array_column import LARGEST_TEXT_BYTES, megabytes
 
 KINDS = "a table of columns: CSV text, Parquet, NumPy (.npz) or MATLAB (.mat)"
 
@@ -27,7 +32,7 @@ Columns = dict[str, NDArray[np.float64]]
 """Numbers by the name of their column, each of shape (samples,)."""
 
 FOREIGN = {
-    npz_table.MAGIC: "a zip archive or a spreadsheet; export the sheet as CSV",
+    mat_table.NPZ_TABLE_MAGIC: "a zip archive or a spreadsheet; export the sheet as CSV",
     b"PK\x05\x06": "an empty zip archive",
     b"\x93NUMPY": "a single NumPy array; save named ones with numpy.savez",
     b"\xd0\xcf\x11\xe0": "a spreadsheet of an old kind; export the sheet as CSV",
@@ -123,13 +128,15 @@ def open_table(path: Path) -> RecordedTable:
 
 
 BINARY = {
-    parquet_table.MAGIC: Reader(parquet_table.read_names, parquet_table.read_columns),
+    mat_table.PARQUET_TABLE_MAGIC: Reader(
+        mat_table.read_names_parquet_table, mat_table.read_columns_parquet_table
+    ),
     mat_table.MAGIC: Reader(mat_table.read_names, mat_table.read_columns),
     mat_table.MAGIC_73: Reader(mat_table.read_names_73, mat_table.read_columns_73),
 }
 """Kinds of files by how they begin."""
 
-ARCHIVE = Reader(npz_table.read_names, npz_table.read_columns)
+ARCHIVE = Reader(mat_table.read_names_npz_table, mat_table.read_columns_npz_table)
 
 
 def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
@@ -138,7 +145,7 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
         raise InputError(f"{path}: is empty; give the path of {KINDS}")
     reader = next((one for start, one in BINARY.items() if head.startswith(start)), None)
     note, full_names = "", dict[str, str]()
-    if head.startswith(npz_table.MAGIC) and npz_table.is_archive(path):
+    if head.startswith(mat_table.NPZ_TABLE_MAGIC) and mat_table.is_archive(path):
         reader = ARCHIVE
     if reader is None:
         _refuse_foreign(path, head)
@@ -220,3 +227,45 @@ def read_columns(
         )
     kept = {name: values[whole] for name, values in found.items()}
     return kept, whole.size - int(whole.sum())
+
+
+DASH = Path("-")
+"""How a person asks for it."""
+NAME = "standard input"
+"""How messages and results call it."""
+PIECE_BYTES = 1 << 20
+
+
+def _copy(stream: BinaryIO, path: Path) -> None:
+    """All of a stream into a file. Raises InputError for more than a recording may have."""
+    size_bytes = 0
+    try:
+        with path.open("wb") as file:
+            while piece := stream.read(PIECE_BYTES):
+                size_bytes += len(piece)
+                if size_bytes > LARGEST_TEXT_BYTES:
+                    raise InputError(
+                        f"{NAME}: more than {megabytes(LARGEST_TEXT_BYTES)} MB, above the limit; "
+                        "keep only the columns and the cycles that matter"
+                    )
+                file.write(piece)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, NAME) from None
+
+
+@contextmanager
+def spool() -> Iterator[Path]:
+    """A file with all that standard input holds; refusals in here call it by `NAME`.
+
+    Raises InputError where nothing can come. An error of the disk is raised as it is.
+    """
+    stream = None if sys.stdin is None else sys.stdin.buffer
+    if stream is None or stream.isatty():
+        raise InputError(f"{NAME}: nothing is piped in; give the path of {KINDS}, or pipe one in")
+    with tempfile.TemporaryDirectory(prefix="opensuction-") as folder:
+        path = Path(folder) / NAME
+        _copy(stream, path)
+        try:
+            yield path
+        except InputError as refused:
+            raise InputError(str(refused).replace(str(path), NAME)) from None

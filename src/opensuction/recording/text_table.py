@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording import text_layout
-from opensuction.recording.bound import MOST_SAMPLES, describe_excess, describe_missing
+from opensuction.recording.array_column import MOST_SAMPLES, describe_excess, describe_missing
 from opensuction.recording.text_layout import COMMENTS, LONGEST_LINE, SHOWN, Layout
 
 UTF8, WINDOWS = "utf-8-sig", "cp1252"

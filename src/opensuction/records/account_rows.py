@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Select, delete, func, select
 
-from opensuction.records.database import account_schema
+from opensuction.records.database import schema
 from opensuction.records.request import Request
 
 
@@ -72,14 +72,14 @@ class AccountRows:
 
     def find_state(self, account: str) -> AccountState | None:
         """Present state of an account; None: there is none of that name."""
-        table = account_schema.account_state
+        table = schema.account_state
         query = select(table).where(table.c.account == account).order_by(table.c.number.desc())
         row = self._first(query.limit(1))
         return None if row is None else _to_state(row)
 
     def list_states(self) -> list[AccountState]:
         """Present state of every account, by its name."""
-        table = account_schema.account_state
+        table = schema.account_state
         last = (
             select(table.c.account, func.max(table.c.number).label("number"))
             .group_by(table.c.account)
@@ -94,7 +94,7 @@ class AccountRows:
 
     def find_credential(self, account: str) -> Credential | None:
         """Credential of an account."""
-        table = account_schema.credential
+        table = schema.credential
         row = self._first(select(table).where(table.c.account == account))
         if row is None:
             return None
@@ -105,17 +105,17 @@ class AccountRows:
     def put_credential(self, credential: Credential) -> None:
         """Set it, in place of the one before."""
         self.drop_credential(credential.account)
-        table = account_schema.credential
+        table = schema.credential
         self._connection.execute(table.insert().values(credential._asdict()))
 
     def drop_credential(self, account: str) -> None:
         """Nobody signs in with it any more."""
-        table = account_schema.credential
+        table = schema.credential
         self._connection.execute(delete(table).where(table.c.account == account))
 
     def find_bearer(self, digest: str, kind: str) -> Bearer | None:
         """Holder of a secret of this kind."""
-        table = account_schema.bearer
+        table = schema.bearer
         query = select(table).where(table.c.digest == digest, table.c.kind == kind)
         row = self._first(query)
         if row is None:
@@ -125,16 +125,16 @@ class AccountRows:
     def put_bearer(self, bearer: Bearer) -> None:
         """Know a bearer, in place of one with the same secret."""
         self.drop_bearer(bearer.digest)
-        self._connection.execute(account_schema.bearer.insert().values(bearer._asdict()))
+        self._connection.execute(schema.bearer.insert().values(bearer._asdict()))
 
     def drop_bearer(self, digest: str) -> None:
         """Forget a bearer."""
-        table = account_schema.bearer
+        table = schema.bearer
         self._connection.execute(delete(table).where(table.c.digest == digest))
 
     def drop_bearers(self, account: str, kind: str | None = None, but: str = "") -> None:
         """Forget those of an account. kind: of this kind only. but: of this digest not."""
-        table = account_schema.bearer
+        table = schema.bearer
         statement = delete(table).where(table.c.account == account, table.c.digest != but)
         if kind is not None:
             statement = statement.where(table.c.kind == kind)
@@ -142,7 +142,7 @@ class AccountRows:
 
     def drop_token(self, token_id: str) -> bool:
         """Forget what shows an access token; returns whether anything did."""
-        table = account_schema.bearer
+        table = schema.bearer
         done = self._connection.execute(delete(table).where(table.c.token_id == token_id))
         return done.rowcount > 0
 
@@ -151,7 +151,7 @@ class AccountRows:
 
         Tokens stay: a clock that was wrong for a moment must not end them.
         """
-        bearer, attempt = account_schema.bearer, account_schema.attempt
+        bearer, attempt = schema.bearer, schema.attempt
         self._connection.execute(
             delete(bearer).where(bearer.c.expires_at <= now, bearer.c.kind != "token")
         )
@@ -159,26 +159,26 @@ class AccountRows:
 
     def find_attempt(self, key: str) -> Attempt | None:
         """Sign-ins that failed in a row, by the hash of what is counted."""
-        table = account_schema.attempt
+        table = schema.attempt
         row = self._first(select(table).where(table.c.key == key))
         return None if row is None else Attempt(row.failures, row.last_at)
 
     def put_attempt(self, key: str, attempt: Attempt | None) -> None:
         """Set them; None: none failed."""
-        table = account_schema.attempt
+        table = schema.attempt
         self._connection.execute(delete(table).where(table.c.key == key))
         if attempt is not None:
             self._connection.execute(table.insert().values(key=key, **attempt._asdict()))
 
     def find_token(self, token_id: str) -> AccessToken | None:
         """An access token by its id, whether it still holds or not."""
-        table = account_schema.access_token
+        table = schema.access_token
         row = self._first(select(table).where(table.c.id == token_id))
         return None if row is None else AccessToken(row.id, row.label, row.scope, row.expires_at)
 
     def list_tokens(self) -> list[AccessToken]:
         """Access tokens that something still shows, by their labels."""
-        token, bearer = account_schema.access_token, account_schema.bearer
+        token, bearer = schema.access_token, schema.bearer
         query = (
             select(token)
             .join(bearer, bearer.c.token_id == token.c.id)
@@ -195,17 +195,15 @@ class AccountRows:
 
 def store_state(request: Request, action_id: str, state: AccountState) -> None:
     """Put on record what an account is from an action on."""
-    number = request.count_up(
-        account_schema.account_state, account_schema.account_state.c.account == state.account
-    )
+    number = request.count_up(schema.account_state, schema.account_state.c.account == state.account)
     row = {"action_id": action_id, "number": number, **state._asdict()}
-    request.trail.store(account_schema.account_state, row)
+    request.trail.store(schema.account_state, row)
 
 
 def store_token(request: Request, action_id: str, token: AccessToken) -> None:
     """Put an access token on record, without what shows it."""
     row = {"action_id": action_id, **token._asdict()}
-    request.trail.store(account_schema.access_token, row)
+    request.trail.store(schema.access_token, row)
 
 
 def _to_state(row: Any) -> AccountState:

@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 from sqlalchemy import Connection, select
 
-from opensuction.records import entry_check, recording_check
-from opensuction.records.database import address, schema
-from opensuction.records.database.database import Database, connect
+from opensuction.records import entry, recording_check
+from opensuction.records.database import schema
+from opensuction.records.database.database import Database, connect, parse
 from opensuction.records.database.failure import refused
 from opensuction.records.history import to_recording
-from opensuction.records.migration import guard, upgrade
+from opensuction.records.migration import upgrade
 from opensuction.records.recording_check import BoundRecording
-from opensuction.records.trail import check
-from opensuction.records.trail.check import AuditReport
+from opensuction.records.trail import chain
+from opensuction.records.trail.chain import AuditReport
 
 WAIT_S = 5.0
 """Longest wait for another program that writes."""
@@ -64,11 +64,11 @@ def _audit_trail(
 ) -> tuple[AuditReport, _Recordings | None]:
     """The trail alone, and what it says of recordings; None where it is broken."""
     if expected is not None:
-        entry_check.check_hash("the expected head", expected)
+        entry.check_hash("the expected head", expected)
     with database.reading() as connection:
         require_newest(connection, database.address.shown)
-        triggers = guard.name_triggers(connection.dialect.name)
-        report = check.check(connection, triggers, expected)
+        triggers = upgrade.name_triggers(connection.dialect.name)
+        report = chain.check(connection, triggers, expected)
         return report, None if report.broken else _read_recordings(connection)
 
 
@@ -122,7 +122,7 @@ def _read_recordings(connection: Connection) -> _Recordings:
 
 def open_for_audit(url: str | None = None, wait_s: float = WAIT_S) -> Database:
     """A database that is only read. Raises RecordsError for one that is not there."""
-    where = address.parse(url)
+    where = parse(url)
     if where.file is not None and not where.file.exists():
         raise refused(
             where.shown, "no such file; name the database with --database or OPENSUCTION_DATABASE"

@@ -1,10 +1,17 @@
-"""Entries of the records, as a caller hands them over."""
+"""Entries of the records, as a caller hands them over.
 
+Checks of entries before they reach the database, whose own messages are less plain.
+"""
+
+import re
 from datetime import datetime
 from enum import StrEnum
 from typing import NamedTuple
 
+from opensuction.kernel.errors import InputError
+from opensuction.records.database import schema
 from opensuction.records.trail.chain import to_hash
+from opensuction.settings.wording import show
 
 
 class Machine(NamedTuple):
@@ -122,3 +129,154 @@ class Unfinished(NamedTuple):
     patient: str | None
     started_at: datetime
     recording: str | None
+
+
+PSEUDONYM = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+HASH = re.compile(rf"[0-9a-f]{{{schema.HASH_DIGITS}}}")
+
+
+def _check_text(what: str, value: object, longest: int, shortest: int) -> None:
+    if not isinstance(value, str):
+        raise InputError(f"{what} is {show(value)}, not a text")
+    if not shortest <= len(value) <= longest:
+        raise InputError(f"{what} has {len(value)} characters; {shortest} to {longest} are taken")
+    if "\0" in value or _is_torn(value):
+        raise InputError(f"{what} {show(value)} has characters that no text has")
+
+
+def _is_torn(value: str) -> bool:
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError:  # half a character, as a wrongly decoded name has
+        return True
+    return False
+
+
+def check_name(what: str, value: object) -> None:
+    """Raises InputError for what is no name of 1 to 64 characters."""
+    _check_line(what, value, schema.LONGEST_NAME)
+
+
+def check_reason(what: str, value: object) -> None:
+    """Raises InputError for what a person wrote that is no single line of what can be read."""
+    _check_line(what, value, schema.LONGEST_TEXT)
+
+
+def _check_line(what: str, value: object, longest: int) -> None:
+    """Check a typed line: lists and logs show it, where it must not look like something else."""
+    _check_text(what, value, longest, 1)
+    if not str(value).isprintable() or str(value) != str(value).strip():
+        raise InputError(f"{what} {show(value)} has spaces around it or invisible characters")
+
+
+def check_detail(what: str, value: object) -> None:
+    """Raises InputError for what is no text of a few lines."""
+    _check_text(what, value, schema.LONGEST_TEXT, 0)
+
+
+def check_search(value: object, longest: int) -> None:
+    """Raises InputError for what nothing on record can have in it."""
+    _check_text("the text to look for", value, longest, 1)
+
+
+def check_pseudonym(value: object) -> None:
+    """Raises InputError for what may be the name of a person."""
+    check_name("the pseudonym", value)
+    if not PSEUDONYM.fullmatch(str(value)):
+        raise InputError(
+            f"the pseudonym {show(value)} is none: letters, digits, '.', '_' and '-' only, such as "
+            "'P-0042'; never a name, a date of birth or a hospital's number"
+        )
+
+
+def check_hash(what: str, value: object) -> None:
+    """Raises InputError for what is no SHA-256."""
+    if not isinstance(value, str) or not HASH.fullmatch(value):
+        raise InputError(f"{what} {show(value)} is no SHA-256 of 64 hexadecimal digits")
+
+
+def check_whole(what: str, value: object, longest: int, unit: str) -> None:
+    """Raises InputError for what is no whole number from 1 on."""
+    if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= longest:
+        raise InputError(
+            f"{what} is {show(value)}; whole numbers from 1 to {longest}{unit and ' '}{unit}"
+        )
+
+
+def _check_choice(what: str, value: object, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise InputError(f"{what} {show(value)} is none of {', '.join(known)}")
+
+
+def check_file(what: str, file: SettingsFile) -> None:
+    """Raises InputError for what is no settings file."""
+    check_name(f"the name of the {what}", file.name)
+    _check_text(f"the {what}", file.content, schema.LONGEST_FILE, 0)
+
+
+def check_machine(machine: Machine) -> None:
+    """Raises InputError for what is no machine."""
+    check_name("the machine's serial", machine.serial)
+    check_name("the machine's kind", machine.kind)
+    if not isinstance(machine.is_twin, bool):
+        raise InputError("whether the machine is a twin must be true or false")
+
+
+def check_start(start: CycleStart) -> None:
+    """Raises InputError for what is no cycle."""
+    check_machine(start.machine)
+    check_name("the catheter's label", start.catheter.label)
+    check_whole("the catheter's size", start.catheter.size_fr, schema.LARGEST_FR, "Fr")
+    check_whole("the catheter's life", start.catheter.life_s, schema.LONGEST_LIFE_S, "s")
+    check_file("protocol", start.protocol)
+    _check_choice("the approach", start.approach, schema.APPROACHES)
+    check_name("who requested it", start.requested_by)
+    check_name("the software", start.software)
+    if start.patient is not None:
+        check_pseudonym(start.patient)
+    if start.parameter_file is not None:
+        check_file("parameter file", start.parameter_file)
+    if start.settings_sha256 is not None:
+        check_hash("the settings' hash", start.settings_sha256)
+    if start.recording is not None:
+        _check_text("the recording", start.recording, schema.LONGEST_TEXT, 1)
+
+
+def check_end(end: CycleEnd) -> None:
+    """Raises InputError for what is no end of a cycle."""
+    _check_choice("the outcome", end.outcome, schema.OUTCOMES)
+    check_detail("the detail of the outcome", end.detail)
+    if end.inside_at_end is not None and not isinstance(end.inside_at_end, bool):
+        raise InputError("whether the catheter was inside must be true, false or not known")
+
+
+def check_alarm(alarm: Alarm) -> None:
+    """Raises InputError for what is no alarm."""
+    check_name("the alarm's condition", alarm.condition)
+    _check_choice("the alarm's priority", alarm.priority, schema.PRIORITIES)
+    check_detail("the alarm's detail", alarm.detail)
+
+
+def check_action(action: Action) -> None:
+    """Raises InputError for what is no action."""
+    check_name("who did it", action.done_by)
+    check_name("what was done", action.what)
+    check_detail("the action's detail", action.detail)
+    if action.machine is not None:
+        check_name("the machine's serial", action.machine)
+    if action.cycle_id is not None:
+        check_name("the cycle's id", action.cycle_id)
+
+
+def check_recording(file: BoundFile) -> None:
+    """Raises InputError for what is no file of a recording."""
+    for what, name in (("recording", file.name), ("cycle's recording", file.cycle_recording)):
+        check_name(f"the name of the {what}", name)
+        if "/" in name:
+            raise InputError(f"the name of the {what} {show(name)} is no name of a file")
+    _check_text("the folder of the recording", file.folder, schema.LONGEST_TEXT, 1)
+    check_hash("the recording's hash", file.sha256)
+    check_whole("the recording's part", file.part, schema.LARGEST_PART, "")
+    check_whole("the recording's size + 1", file.size_bytes + 1, schema.LARGEST_FILE, "bytes")
+    if not isinstance(file.is_closed, bool):
+        raise InputError("whether the recording was closed must be true or false")

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Column, Select, Table, func, or_, select
 
-from opensuction.records import entry_check
+from opensuction.records import entry
 from opensuction.records.database import schema
 from opensuction.records.database.database import Database
 from opensuction.records.database.utc_time import to_utc
@@ -119,7 +119,7 @@ class History:
 
         before: the number of a cycle, to list those before it. outcome: those that ended so.
         """
-        entry_check.check_name("the machine's serial", machine)
+        entry.check_name("the machine's serial", machine)
         cycle, end = schema.cycle, schema.cycle_end
         query = _narrow(
             _select_cycles().where(cycle.c.machine_serial == machine),
@@ -139,7 +139,7 @@ class History:
 
     def find_cycle(self, cycle_id: str) -> PastCycle | None:
         """A cycle by its id; None: it is not on record."""
-        entry_check.check_name("the cycle's id", cycle_id)
+        entry.check_name("the cycle's id", cycle_id)
         found = self._read(_select_cycles().where(schema.cycle.c.id == cycle_id))
         return _to_cycle(found[0]) if found else None
 
@@ -188,12 +188,12 @@ class History:
 
         cycle_id: of this cycle only. priority: of this one only.
         """
-        entry_check.check_name("the machine's serial", machine)
+        entry.check_name("the machine's serial", machine)
         alarm = schema.alarm
         query = select(alarm).where(alarm.c.machine_serial == machine)
         query = _narrow(query, wanted, alarm.c.raised_at, (alarm.c.condition, alarm.c.detail))
         if cycle_id is not None:
-            entry_check.check_name("the cycle's id", cycle_id)
+            entry.check_name("the cycle's id", cycle_id)
             query = query.where(alarm.c.cycle_id == cycle_id)
         if priority is not None:
             query = query.where(alarm.c.priority == priority)
@@ -231,10 +231,10 @@ class History:
             (action.c.done_by, action.c.what, action.c.detail),
         )
         if cycle_id is not None:
-            entry_check.check_name("the cycle's id", cycle_id)
+            entry.check_name("the cycle's id", cycle_id)
             query = query.where(action.c.cycle_id == cycle_id)
         if machine is not None:
-            entry_check.check_name("the machine's serial", machine)
+            entry.check_name("the machine's serial", machine)
             query = query.where(action.c.machine_serial == machine)
         return [
             PastAction(
@@ -283,7 +283,7 @@ def _narrow(
     if wanted.until is not None:
         query = query.where(time < to_utc(wanted.until))
     if wanted.text is not None:
-        entry_check.check_search(wanted.text, LONGEST_SEARCH)
+        entry.check_search(wanted.text, LONGEST_SEARCH)
         low = wanted.text.lower()
         query = query.where(or_(*(func.lower(one).contains(low, autoescape=True) for one in words)))
     return query
@@ -291,9 +291,9 @@ def _narrow(
 
 def _page(query: Select[Any], table: Table, limit: int, before: int | None) -> Select[Any]:
     """The newest rows by their numbers: times may step."""
-    entry_check.check_whole("the number of rows", limit, LONGEST_PAGE, "rows")
+    entry.check_whole("the number of rows", limit, LONGEST_PAGE, "rows")
     if before is not None:
-        entry_check.check_whole("the number to list before", before, LARGEST_NUMBER, "")
+        entry.check_whole("the number to list before", before, LARGEST_NUMBER, "")
         query = query.where(table.c.number < before)
     return query.order_by(table.c.number.desc()).limit(limit)
 

@@ -12,7 +12,7 @@ from stat import S_ISREG
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.cycle_file import extent
+from opensuction.recording.cycle_file import frame
 from opensuction.records.entry import BoundFile
 
 WRITTEN = re.compile(r"\d{8}T\d{6}-[0-9a-f]{8}-\d{9}(-\d{1,4})?\.mcap")
@@ -91,7 +91,7 @@ def check(one: BoundRecording, path: Path, find_owner: FindOwner) -> Fault | Non
     try:
         if not S_ISREG(path.lstat().st_mode):
             return Fault(Kind.CHANGED, f"{said} is a link or no plain file")
-        (found,) = extent.measure(path)
+        (found,) = frame.measure(path)
     except FileNotFoundError:
         return Fault(Kind.MISSING, f"{said} is missing")
     except OSError as error:

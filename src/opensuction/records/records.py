@@ -14,9 +14,9 @@ from uuid import uuid4
 from sqlalchemy import func, select
 
 from opensuction.kernel.errors import InputError
-from opensuction.records import audit, entry_check
-from opensuction.records.database import address, schema, utc_time
-from opensuction.records.database.database import Database, connect, create_file
+from opensuction.records import audit, entry
+from opensuction.records.database import schema, utc_time
+from opensuction.records.database.database import Database, connect, create_file, parse
 from opensuction.records.database.utc_time import to_utc
 from opensuction.records.entry import (
     Action,
@@ -40,8 +40,7 @@ from opensuction.records.request import (
     note_machine,
     store_one_each,
 )
-from opensuction.records.trail.chain import Head, read_head, to_canonical, to_hash
-from opensuction.records.trail.check import AuditReport
+from opensuction.records.trail.chain import AuditReport, Head, read_head, to_canonical, to_hash
 
 WAIT_S = 5.0
 """Longest wait for another program that writes, unless another is given."""
@@ -68,7 +67,7 @@ class Records:
         url: a file's path, ``sqlite:///FILE`` or ``postgresql://...``; None: the default one.
         wait_s: longest wait for others who write. Raises RecordsError, one line, nothing changed.
         """
-        where = address.parse(url)
+        where = parse(url)
         create_file(where)
         database = connect(where, wait_s)
         try:
@@ -120,7 +119,7 @@ class Records:
         Raises InputError where the machine has a cycle that has not ended, or where a machine or a
         catheter of that name is on record as another one.
         """
-        entry_check.check_start(start)
+        entry.check_start(start)
 
         def work(request: Request) -> str:
             return begin_cycle(request, start)
@@ -131,8 +130,8 @@ class Records:
         self, cycle_id: str, end: CycleEnd, key: str | None = None, at: datetime | None = None
     ) -> None:
         """Say how a cycle ended. Raises InputError for one that is not there, or has ended."""
-        entry_check.check_name("the cycle's id", cycle_id)
-        entry_check.check_end(end)
+        entry.check_name("the cycle's id", cycle_id)
+        entry.check_end(end)
 
         def work(request: Request) -> str:
             return end_cycle(request, cycle_id, end)
@@ -146,7 +145,7 @@ class Records:
 
         Raises InputError where one of its serial is on record as another one.
         """
-        entry_check.check_machine(machine)
+        entry.check_machine(machine)
 
         def work(request: Request) -> str:
             return note_machine(request, machine)
@@ -166,10 +165,10 @@ class Records:
         cycle_id: the cycle that it belongs to, which may have ended; None: the machine was at rest.
         Raises InputError for a cycle that is not on record, or is another machine's.
         """
-        entry_check.check_machine(machine)
-        entry_check.check_alarm(alarm)
+        entry.check_machine(machine)
+        entry.check_alarm(alarm)
         if cycle_id is not None:
-            entry_check.check_name("the cycle's id", cycle_id)
+            entry.check_name("the cycle's id", cycle_id)
 
         def work(request: Request) -> str:
             return add_alarm(request, machine, alarm, cycle_id)
@@ -183,8 +182,8 @@ class Records:
 
         Raises InputError where a file of that name is on record with something else.
         """
-        entry_check.check_machine(machine)
-        entry_check.check_recording(file)
+        entry.check_machine(machine)
+        entry.check_recording(file)
 
         def work(request: Request) -> str:
             return bind_recording(request, machine, file)
@@ -193,7 +192,7 @@ class Records:
 
     def act(self, action: Action, key: str | None = None, at: datetime | None = None) -> str:
         """Put on record what a person did; returns its id."""
-        entry_check.check_action(action)
+        entry.check_action(action)
 
         def work(request: Request) -> str:
             return act(request, action)
@@ -205,7 +204,7 @@ class Records:
         now = self._clock()
         happened = now if at is None else to_utc(at)
         if key is not None:
-            entry_check.check_name("the key of the request", key)
+            entry.check_name("the key of the request", key)
         digest = to_hash(to_canonical([kind, said]))
         with self.database.writing() as connection:
             request = Request(connection, happened, now)

@@ -7,7 +7,7 @@ from uuid import uuid4
 from sqlalchemy import ColumnElement, Connection, Table, func, select
 
 from opensuction.kernel.errors import InputError
-from opensuction.records import entry_check
+from opensuction.records import entry
 from opensuction.records.database import schema
 from opensuction.records.entry import (
     Action,
@@ -63,7 +63,7 @@ class Request:
 
 def find_cycle(request: Request, cycle_id: object) -> dict[str, Any]:
     """The row of a cycle. Raises InputError where there is none."""
-    entry_check.check_name("the cycle's id", cycle_id)
+    entry.check_name("the cycle's id", cycle_id)
     row = request.find(schema.cycle, "id", str(cycle_id))
     if row is None:
         raise InputError(f"no cycle '{cycle_id}' is on record")

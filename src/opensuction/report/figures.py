@@ -1,12 +1,13 @@
 """Key figures of a cycle, each beside its limit and with a verdict in words."""
 
-from opensuction.report import contradicting_alarms, patient_figure
+from opensuction.report import patient_figure
 from opensuction.report.figure import (
     CycleFigure,
     Figure,
     FigureVerdict,
     add,
     against,
+    hear,
     known,
     without_limit,
 )
@@ -222,4 +223,4 @@ def figures(result: CycleResult) -> list[Figure]:
         without_limit(CycleFigure.TRACKING, rmse, "mm", 2, largest),
         without_limit(CycleFigure.RESTED, result.timing.cycle_s, "s"),
     ]
-    return [contradicting_alarms.hear(result, figure) for figure in listed]
+    return [hear(result, figure) for figure in listed]

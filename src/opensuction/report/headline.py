@@ -6,7 +6,7 @@ alarm; completed with alarms; completed.
 
 from typing import NamedTuple
 
-from opensuction.report import ending, figures, harm
+from opensuction.report import ending, figures
 from opensuction.report.figure import CycleFigure, FigureVerdict, attention, needs_look
 from opensuction.report.notice import CAUSES, Notice, notices
 from opensuction.report.wording import capitalise, depth_words, quantity, stopped
@@ -116,7 +116,7 @@ def _inside(result: CycleResult) -> Headline | None:
 
 
 def _harm(result: CycleResult) -> Headline | None:
-    broken = [(harm.sentence(result, *found), found[1]) for found in harm.broken(result)]
+    broken = [(ending.sentence(result, *found), found[1]) for found in ending.broken(result)]
     if not broken:
         return None
     (sentence, words), rest = broken[0], broken[1:]

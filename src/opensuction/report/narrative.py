@@ -2,20 +2,64 @@
 
 No sentence contradicts an alarm, a broken bound or a figure: each figure is described by its own
 value.
+
+Sentences on the secretions removed, and on the next pass where little was removed.
 """
 
-from opensuction.report import (
-    clearance_words,
-    contradicting_alarms,
-    ending,
-    figures,
-    harm,
-    patient_words,
-)
-from opensuction.report.figure import CycleFigure, Figure, FigureVerdict
+from opensuction.procedure.planning.guideline import MOST_PASSES
+from opensuction.report import ending, figures, patient_figure
+from opensuction.report.figure import CycleFigure, Figure, FigureVerdict, speaking
 from opensuction.report.notice import CONTROLLER, notices
 from opensuction.report.wording import capitalise, quantity, stopped
 from opensuction.result.cycle_result import CycleResult
+
+LEAST_REMOVED_ML = 0.05
+"""Less rounds to nothing."""
+DRAWING = (
+    "vacuum-lost",
+    "line-clogged",
+    "line-leaking",
+    "canister-full",
+    "valve-stuck-closed",
+)
+"""Conditions for which little is removed because nothing is drawn."""
+
+
+def removed(result: CycleResult) -> str:
+    """Volume of secretions removed, in a sentence; empty where it is not known."""
+    volume_ml = result.secretion.removed_ml
+    if volume_ml is None:
+        return ""
+    if result.timing.negative_pressure_s == 0.0 and volume_ml < LEAST_REMOVED_ML:
+        return "No secretions were removed."
+    percent = result.secretion.removed_percent
+    share = "" if percent is None else f", {quantity(percent, '%', 0)} of what was there"
+    return f"Suction removed {quantity(volume_ml, 'mL')} of secretions{share}."
+
+
+def next_pass(result: CycleResult) -> str:
+    """Advice on a next pass where less than half was removed; empty where there is none."""
+    percent = result.secretion.removed_percent
+    if percent is None or percent >= figures.CLEARANCE_PERCENT or not result.is_completed:
+        return ""
+    if result.is_inside or result.harms:
+        return ""
+    raised = {notice.condition for notice in notices(result)}
+    if "pass-limit-reached" in raised:
+        return "No further pass: the permitted number is reached, and a person assesses."
+    volume_ml = result.secretion.removed_ml or 0.0
+    if volume_ml < LEAST_REMOVED_ML or raised.intersection(DRAWING):
+        return (
+            "Hardly anything was drawn: look for a clog or a leak from the tip to the pump before "
+            "another pass."
+        )
+    if any(notice.priority == "high" for notice in notices(result)):
+        return "Less than half was removed; the alarm comes before another pass."
+    return (
+        "Less than half was removed: the next pass may follow after the patient's rest, "
+        f"{MOST_PASSES} in all at most; then a person assesses."
+    )
+
 
 LEAST_BACKOFF_MM = 0.5
 """A shorter way back is the spring of tip and tissue, no backing off."""
@@ -27,7 +71,7 @@ def _yet(result: CycleResult, kind: CycleFigure) -> str:
     """Alarm that contradicts a figure within its limits by the truth; may be empty."""
     if _figure(result, kind).verdict is FigureVerdict.BAD:
         return ""
-    against = contradicting_alarms.speaking(result, kind)
+    against = speaking(result, kind)
     return f" Yet an alarm was raised: {stopped(against[0].sentence)}" if against else ""
 
 
@@ -43,8 +87,8 @@ def _injected_faults(result: CycleResult) -> str:
 def _broken_bounds(result: CycleResult) -> str:
     """Bounds for the patient that were broken."""
     said = [
-        harm.sentence(result, name, words)
-        for name, words in harm.broken(result)
+        ending.sentence(result, name, words)
+        for name, words in ending.broken(result)
         if name != "left-inside"  # the first line says it
     ]
     return stopped(f"Bounds for the patient that were broken: {'; '.join(said)}") if said else ""
@@ -267,10 +311,10 @@ PARTS = (
     _injected_faults,
     _broken_bounds,
     _ending,
-    patient_words.heart_and_blood,
-    patient_words.lungs,
-    clearance_words.removed,
-    clearance_words.next_pass,
+    patient_figure.heart_and_blood,
+    patient_figure.lungs,
+    removed,
+    next_pass,
     _time_inside,
     _suction,
     _dwell,

@@ -1,8 +1,13 @@
-"""A cycle in the terminal: live while it runs, and its summary afterwards."""
+"""A cycle in the terminal: live while it runs, and its summary afterwards.
+
+Depth of the tip as a bar of characters, and the characters that a console can show.
+
+One instant of a running cycle, as whoever plays it tells whoever shows it.
+"""
 
 from collections.abc import Iterable
 from types import TracebackType
-from typing import Final, Self
+from typing import Final, NamedTuple, Self
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -10,14 +15,69 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.vocabulary import CYCLE, Phase
 from opensuction.report import ending, figures, headline, narrative
-from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figure import FigureVerdict
-from opensuction.report.moment import Moment
 from opensuction.report.notice import notices
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 from opensuction.result.cycle_result import CycleResult
+
+
+class Moment(NamedTuple):
+    """Values that a live display shows of an instant."""
+
+    phase: str
+    """Name as in summaries: lower case, ``backing_off``."""
+    time_s: float
+    tip_mm: float
+    valve_open_ratio: float
+    line_vacuum_mmhg: float
+
+
+CELLS: Final = 40
+"""Width of the bar."""
+
+MARGIN_RATIO: Final = 1.1
+"""Depth at the end of the bar over the cap, so that the cap has a place within it."""
+
+
+class Glyphs(NamedTuple):
+    """Characters of the display; plain ones where the terminal knows no others."""
+
+    done: str
+    now: str
+    later: str
+    failed: str
+    look: str
+    full: str
+    empty: str
+
+
+UNICODE: Final = Glyphs(done="✓", now="▶", later="·", failed="✗", look="!", full="█", empty="░")
+ASCII: Final = Glyphs(done="x", now=">", later=".", failed="!", look="?", full="#", empty="-")
+
+
+def glyphs(console: Console) -> Glyphs:
+    """Characters that a console can show."""
+    return ASCII if console.options.ascii_only else UNICODE
+
+
+def depth_bar(tip_mm: float, target_mm: float | None, cap_mm: float, marks: Glyphs) -> str:
+    """Depth from the tube's end as a bar; ``T`` stands at the target, ``C`` at the cap.
+
+    target_mm: None where the cycle stops by contact.
+
+    >>> depth_bar(50.0, 90.0, 100.0, ASCII)
+    '##################--------------T--C----'
+    """
+    per_cell = MARGIN_RATIO * cap_mm / CELLS
+    filled = min(max(round(tip_mm / per_cell), 0), CELLS)
+    cells = [marks.full] * filled + [marks.empty] * (CELLS - filled)
+    for depth, letter in ((target_mm, "T"), (cap_mm, "C")):
+        if depth is not None:
+            cells[min(max(round(depth / per_cell) - 1, 0), CELLS - 1)] = letter
+    return "".join(cells)
+
 
 PLANNED: Final = [phase.name.lower() for phase in CYCLE if phase != Phase.BACKING_OFF]
 """Phases of a cycle that stops by travel, in order."""

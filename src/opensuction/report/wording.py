@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from opensuction.kernel.disclaimer import NOT_A_DEVICE
+from opensuction.kernel.vocabulary import NOT_A_DEVICE
 
 DISCLAIMER = f"In-silico result: the machine and the patient are a digital twin. {NOT_A_DEVICE}"
 """Stands on every report."""

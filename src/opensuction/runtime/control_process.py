@@ -26,17 +26,15 @@ from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, hardened
-from opensuction.ipc.event_ring import EventReader, EventWriter
-from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.heartbeat import Heartbeat, Process, ProcessLock
 from opensuction.ipc.mailbox import Mailbox
-from opensuction.ipc.process_lock import ProcessLock
-from opensuction.ipc.ring import RingReader, RingWriter
+from opensuction.ipc.ring import EventReader, EventWriter, RingReader, RingWriter
 from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
 from opensuction.kernel.record import Array
-from opensuction.machine import backend
+from opensuction.machine import port as ports
 from opensuction.machine.port import DESCRIPTION, WORDS, Capabilities, Port, describe
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S, Interlocks
 from opensuction.runtime.loop import (
@@ -238,7 +236,7 @@ def _read_configuration(folder: Path) -> Configuration:
 def serve(
     folder: Path,
     period_ns: int = PERIOD_NS,
-    attach: Callable[[Path], Port] = backend.attach,
+    attach: Callable[[Path], Port] = ports.attach,
     pace: Callable[[int], Pacing] = DeadlineScheduler,
 ) -> None:
     """Control the machine of a folder until the process is told to end.

@@ -4,13 +4,12 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from opensuction.controller.record import Outputs
-from opensuction.kernel.commands import Commands
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.interface import Commands
+from opensuction.kernel.vocabulary import Phase, name_of
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode, decode_trips
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 
 
 class Alarm(NamedTuple):

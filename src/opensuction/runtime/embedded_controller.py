@@ -18,16 +18,15 @@ from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS,
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import by_name
-from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
+from opensuction.kernel.interface import NO_MONITOR, Monitor, Readings, Requests
 from opensuction.kernel.record import make_zero
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.vocabulary import by_name
 from opensuction.procedure.cycle.interlocks import Interlocks
 from opensuction.runtime.decision import Decision
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
 from opensuction.safety.head import head_vote
-from opensuction.settings.choice import choose
+from opensuction.settings.validation import choose
 
 SHORTEST_TICK_S, LONGEST_TICK_S = 0.0005, 0.002
 """Half and double the tick that everything here was tested with [design]."""

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.kernel import private_file
-from opensuction.recording.cycle_file import extent
-from opensuction.recording.cycle_file.extent import EMPTY, Extent
+from opensuction.recording.cycle_file import frame
+from opensuction.recording.cycle_file.frame import EMPTY, Extent
 from opensuction.records.entry import BoundFile
 
 
@@ -116,7 +116,7 @@ def bind(name: str, note: Note) -> BoundFile:
     found = note.after
     if not note.is_closed and note.before != note.after:
         with contextlib.suppress(OSError):
-            first, whole = extent.measure(Path(note.folder) / name, note.before.size_bytes)
+            first, whole = frame.measure(Path(note.folder) / name, note.before.size_bytes)
             if first != note.before:
                 found = note.before
             elif whole.size_bytes < note.after.size_bytes:

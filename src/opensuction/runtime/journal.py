@@ -10,19 +10,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.ipc.event_ring import ProcessEvent
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.ipc.ring import ProcessEvent
+from opensuction.kernel.interface import STOP
 from opensuction.kernel.record import Array
-from opensuction.kernel.requests import STOP
+from opensuction.kernel.vocabulary import CYCLE, Phase, name_of
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
+from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, told
 from opensuction.runtime.recorder import name_of as name_of_file
-from opensuction.runtime.row_event import told
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 
 MACHINE, SUPERVISOR = "opensuction", "opensuction supervisor"
 """Who acts where no person does."""

@@ -1,6 +1,8 @@
 """A machine's processes: started in the folder that they share, and found there.
 
 They belong to no terminal and to no parent: whoever started them may die, and they go on.
+
+Requests to the control loop, and its answers among the loop's events: one client for all.
 """
 
 import subprocess
@@ -12,11 +14,63 @@ from pathlib import Path
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.ipc.heartbeat import Heartbeat, Process
-from opensuction.ipc.ring import RingReader
+from opensuction.ipc.mailbox import PATIENCE_S, Sender
+from opensuction.ipc.ring import EventReader, RingReader
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
+from opensuction.records.database import utc_time
 from opensuction.runtime.control_process import PERIOD_NS
-from opensuction.runtime.paths import CONFIGURATION, RING
+from opensuction.runtime.paths import ASK, CONFIGURATION, EVENTS, RING
+
+PRESSED = "pressed"
+"""Verdict: the button went down."""
+CONTROLLER_REQUEST_LOOKS_S = 0.002
+SENTENCES = {
+    "twice": "this was asked for already; look what came of it",
+    "not at rest": "the machine is not at rest: wait until it is parked",
+    "nobody": "say who asks",
+    "too many": "others ask at the same time: try again",
+    "stale": "it came too late to mean the machine as it is now: try again",
+    "out of order": "something you asked for later was done first: try again",
+}
+"""Verdicts that are no consent, in words."""
+
+
+def send(folder: Path, what: str, who: str, key: str, patience_s: float = PATIENCE_S) -> None:
+    """Send a request to the controller of a machine's folder.
+
+    what: a button or another of `ipc.mailbox.ASKS`. key: no other request has had it. patience_s:
+    how long to wait for room. Raises InputError where no controller takes it.
+    """
+    sender = Sender(folder / ASK, who, patience_s)
+    try:
+        sender.ask(what, key, utc_time.now().isoformat())
+    finally:
+        sender.close()
+
+
+def ask(folder: Path, what: str, who: str, key: str, answers_s: float) -> str | None:
+    """The loop's verdict on a request; None where it has not answered within a time.
+
+    Raises InputError and OSError where no controller takes it.
+    """
+    events = EventReader(folder / EVENTS)
+    events.read()
+    send(folder, what, who, key)
+    ends_s = time.monotonic() + answers_s
+    while time.monotonic() < ends_s:
+        for one in events.read()[0]:
+            if one.fields.get("key") == key:
+                return str(one.fields["verdict"])
+        time.sleep(CONTROLLER_REQUEST_LOOKS_S)
+    return None
+
+
+def explain(verdict: str) -> str:
+    """A verdict that is no consent, in words."""
+    reason = verdict.removeprefix("refused: ")
+    return SENTENCES.get(verdict, f"the controller refused: {reason}")
+
 
 BEGINS_S = 180.0
 """Longest time until a process does its work: it may have to compile first."""

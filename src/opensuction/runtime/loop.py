@@ -2,6 +2,13 @@
 
 It calls the same core as the simulation, through `RealTimeCall`. A row of the ring is a tick: when
 it was, what went in, what came out, and all that the controller remembers.
+
+Decision that a process of the machine is lost, from its signs of life; no clock.
+
+A process that is being started is waited for, as long as the ring still keeps all that has happened
+meanwhile. One that has worked is lost when it falls silent or when another one takes its place.
+
+Events of a recording, derived from rows of the control loop.
 """
 
 import time
@@ -17,16 +24,51 @@ from opensuction.controller.real_time_call import (
     RealTimeCall,
 )
 from opensuction.ipc import mailbox
-from opensuction.ipc.event_ring import EventWriter
-from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.heartbeat import Heartbeat, Process, Signs
 from opensuction.ipc.mailbox import Mailbox
-from opensuction.ipc.ring import RingWriter
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
-from opensuction.kernel.phase import RESTING, Phase
+from opensuction.ipc.ring import EventWriter, ProcessEvent, RingWriter
+from opensuction.kernel.interface import MESSAGE_COLUMNS, NO_REQUESTS, Requests
 from opensuction.kernel.record import Array
-from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.kernel.vocabulary import RESTING, Phase, name_of
 from opensuction.machine.port import Port
-from opensuction.runtime.absence import LOST_S, WATCHED, is_lost
+from opensuction.procedure.cycle.transition import Event as Transition
+from opensuction.recording.cycle_file.row_schema import RecordedEvent
+from opensuction.runtime.paths import SLOTS_S
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
+from opensuction.safety.handling import UNANSWERED_S
+
+MISSED_S = 0.5
+"""Without a sign of life for longer than this a process is lost."""
+LOST_S = 3.0
+"""Lost it counts for at least so long: of every loss somebody is told, for something may not have
+been kept, however soon it is there again."""
+TOLD_BEFORE_S = 1.0
+"""So long before the first row is gone people are told that nobody has kept it yet."""
+STARTS_S = SLOTS_S - UNANSWERED_S - TOLD_BEFORE_S
+"""For so long a start may take before the process is lost: a recorder that comes later finds rows
+gone from the ring, and the alarm has a delay of its own (`UNANSWERED_S`)."""
+WATCHED = {
+    Process.SUPERVISOR: 1 << Condition.RECORDER_LOST,
+    Process.RECORDER: 1 << Condition.RECORDER_LOST,
+    Process.KEEPING: 1 << Condition.RECORDER_LOST,
+    Process.CONSOLE: 1 << Condition.CONSOLE_LOST,
+}
+"""Condition of each process that the controller misses, as a mask."""
+
+
+def is_lost(signs: Signs, known_deaths: int, running_s: float) -> bool:
+    """Decide whether a process is lost now.
+
+    known_deaths: how many deaths of it the controller has taken note of.
+    running_s: how long the controller has run, by its ticks; before them there are no rows to lose.
+    """
+    if signs.deaths != known_deaths:
+        return True
+    if signs.starting_s is not None:
+        return min(signs.starting_s, running_s) > STARTS_S
+    return signs.is_expected and signs.age_s > MISSED_S
+
 
 TIMING_COLUMNS = (
     "loop.time_s",
@@ -230,3 +272,72 @@ class ControlLoop:
         sent[_SENT_RESET] = (self.tick - self._reset_tick) * self._period_s <= RESET_S
         sent[_SENT_RELEASED] = (self.tick - self._released_tick) * self._period_s <= RELEASED_S
         self._around.port.write(sent)
+
+
+_ROW_EVENT_TICK, _ROW_EVENT_PHASE, _CAUSE, _TRIPS, _ROW_EVENT_PRESENT, _ROW_EVENT_LATCHED = (
+    ROW_COLUMNS.index(name)
+    for name in (
+        "inputs.tick",
+        "outputs.phase",
+        "outputs.cause",
+        "outputs.verdict.trips",
+        "outputs.signals.present",
+        "outputs.signals.latched",
+    )
+)
+
+
+class Seen(NamedTuple):
+    """State in the row before, to find changes by."""
+
+    phase: int
+    trips: int
+    told: int
+    """Conditions that people are told."""
+
+
+NOTHING = Seen(-1, 0, 0)
+
+
+def told(rows: Array) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
+    """Conditions that people shall be told, in each row."""
+    return rows[:, _ROW_EVENT_PRESENT].astype(np.int64) | rows[:, _ROW_EVENT_LATCHED].astype(
+        np.int64
+    )
+
+
+def seen_in(row: Array) -> Seen:
+    """State in a row."""
+    return Seen(int(row[_ROW_EVENT_PHASE]), int(row[_TRIPS]), int(told(row[np.newaxis])[0]))
+
+
+def find(rows: Array, before: Seen) -> Iterator[tuple[int, RecordedEvent]]:
+    """Events with the index of their row. before: of the row before the first."""
+    watched = np.stack((rows[:, _ROW_EVENT_PHASE], rows[:, _TRIPS], told(rows)))
+    changes = np.diff(watched, axis=1, prepend=np.array(before, float)[:, np.newaxis]).any(axis=0)
+    for at in np.flatnonzero(changes):
+        row = rows[at]
+        tick, now = int(row[_ROW_EVENT_TICK]), seen_in(row)
+        if now.phase != before.phase:
+            cause = int(row[_CAUSE])
+            detail = f"after {name_of(Transition(cause))}" if cause >= 0 else ""
+            yield int(at), RecordedEvent(tick, "phase", name_of(Phase(now.phase)), detail)
+        for number in condition_mask.decode(now.trips & ~before.trips):
+            yield int(at), RecordedEvent(tick, "trip", name_of(Condition(number)))
+        for number in condition_mask.decode(now.told ^ before.told):
+            detail = "raised" if now.told >> number & 1 else "ended"
+            yield int(at), RecordedEvent(tick, "alarm", name_of(Condition(number)), detail)
+        before = now
+
+
+def of_happening(happening: ProcessEvent) -> RecordedEvent:
+    """Recorded event of one that the loop has told."""
+    fields = happening.fields
+    return RecordedEvent(
+        int(fields.get("tick", 0)),
+        str(fields["kind"]),
+        str(fields.get("ask", fields.get("what", fields["kind"]))),
+        str(fields.get("verdict", fields.get("detail", ""))),
+        str(fields.get("who", "")),
+        str(fields.get("key", "")),
+    )

@@ -1,6 +1,6 @@
 """Buttons of the machine: one table, from which API, command line and page know each of them.
 
-A new button is a field of `kernel.requests.Requests`, a bit in `procedure.cycle.button`, and a row
+A new button is a field of `kernel.interface.Requests`, a bit in `procedure.cycle.button`, and a row
 here. One that stands on the bedside view also needs the states in which it is shown (its part of
 the page).
 """
@@ -36,7 +36,7 @@ class MachineButton(NamedTuple):
     """A button of the machine."""
 
     field: str
-    """Of `kernel.requests.Requests`; the name in mailbox, journal and recording."""
+    """Of `kernel.interface.Requests`; the name in mailbox, journal and recording."""
     right: Right
     """Whoever presses it needs it; a reason is asked for where the right needs one."""
     label: str = ""
@@ -118,7 +118,7 @@ BUTTONS = (
         words=BedsideWords("Without oxygen", "Goes on record", "On record: without oxygen"),
     ),
 )
-"""Every button, in the order of `kernel.requests.Requests`."""
+"""Every button, in the order of `kernel.interface.Requests`."""
 BY_NAME = {button.name: button for button in BUTTONS}
 PRESSABLE = {name: button for name, button in BY_NAME.items() if button.label}
 """Those that a press alone works, by name."""

@@ -15,19 +15,15 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.ipc.event_ring import ProcessEvent
-from opensuction.ipc.ring import Read
+from opensuction.ipc.ring import ProcessEvent, Read
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.recording.cycle_file import tick_table
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.event import RecordedEvent
-from opensuction.recording.cycle_file.extent import Extent
-from opensuction.recording.cycle_file.heading import Heading
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.tick_table import STARTS, STATE_PART, TICKS
+from opensuction.recording.cycle_file import row_schema
+from opensuction.recording.cycle_file.frame import Extent, Heading
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows
+from opensuction.recording.cycle_file.row_schema import STARTS, STATE_PART, TICKS, RecordedEvent
 from opensuction.recording.cycle_file.writer import RecordingWriter
-from opensuction.runtime import row_event
+from opensuction.runtime import loop
 from opensuction.runtime.flushed import Flushed, Note
 from opensuction.runtime.loop import AT_REST, CONFIGURED, ROW_COLUMNS, TIMING_COLUMNS
 
@@ -93,7 +89,7 @@ class Recorder:
         """What of it has been written: when the machine left its rest."""
         self._rested_s = 0.0
         """How much of the rest afterwards."""
-        self._seen = row_event.NOTHING
+        self._seen = loop.NOTHING
         """In the row that was written or remembered last."""
         self._offset = 0
         """Number of the row before the first of the recording."""
@@ -188,7 +184,7 @@ class Recorder:
     def _add(self, writer: RecordingWriter, happened: Sequence[ProcessEvent]) -> None:
         for one in happened:
             time_ns = self._heading.began_ns + int(one.fields.get("time_ns", 0))
-            writer.add_event(time_ns, row_event.of_happening(one))
+            writer.add_event(time_ns, loop.of_happening(one))
 
     def _take(self, rows: Array) -> None:
         """Rows of one rest, or of one time between two."""
@@ -208,7 +204,7 @@ class Recorder:
             self._last = rows[-1, _STATE]
         elif self._writer is None:
             self._number += len(rows)
-            self._seen = row_event.seen_in(rows[-1])
+            self._seen = loop.seen_in(rows[-1])
             self._remember(rows)
         else:
             self._write(rows)
@@ -278,7 +274,7 @@ class Recorder:
         began_ns = int(self._utc_ns(first)[0])
         self._writer = self._create(name_of(self._run, rows[0, _LEFT]), began_ns)
         self._offset = self._number - sum(map(len, self._before))
-        self._seen = row_event.NOTHING
+        self._seen = loop.NOTHING
         if self._last is not None:
             row = np.concatenate(([first[0, _TICK]], self._last))[np.newaxis]
             self._writer.add_rows(STARTS, np.array([began_ns], np.uint64), row)
@@ -314,13 +310,13 @@ class Recorder:
         flushed, path = self._flushed, self.path
         assert path is not None
         if flushed is None:
-            return RecordingWriter(path, heading, tick_table.TABLES, is_private=True)
+            return RecordingWriter(path, heading, row_schema.TABLES, is_private=True)
 
         def tell(before: Extent, after: Extent) -> None:
             flushed.put(path.name, note._replace(before=before, after=after))
 
         try:
-            return RecordingWriter(path, heading, tick_table.TABLES, is_private=True, flushing=tell)
+            return RecordingWriter(path, heading, row_schema.TABLES, is_private=True, flushing=tell)
         except OSError:
             flushed.drop(path.name, was_made=False)
             raise
@@ -328,9 +324,9 @@ class Recorder:
     def _write(self, rows: Array) -> None:
         writer, times = self._writer, self._utc_ns(rows)
         assert writer is not None
-        for at, event in row_event.find(rows, self._seen):
+        for at, event in loop.find(rows, self._seen):
             writer.add_event(int(times[at]), event)
-        self._seen = row_event.seen_in(rows[-1])
+        self._seen = loop.seen_in(rows[-1])
         self._number += len(rows)
         writer.add_rows(TICKS, times, np.ascontiguousarray(rows[:, _TICKS]))
 

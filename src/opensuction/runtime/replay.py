@@ -16,11 +16,9 @@ from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.recording.cycle_file import tick_table
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.row_schema import SchemaColumn
-from opensuction.recording.cycle_file.tick_table import (
+from opensuction.recording.cycle_file import row_schema
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows
+from opensuction.recording.cycle_file.row_schema import (
     INPUT_PART,
     OUTPUT_PART,
     START_COLUMNS,
@@ -28,6 +26,7 @@ from opensuction.recording.cycle_file.tick_table import (
     STATE_PART,
     TICK_COLUMNS,
     TICKS,
+    SchemaColumn,
 )
 
 Table = NDArray[np.float64]
@@ -36,7 +35,7 @@ Flags = NDArray[np.bool_]
 TOLERANCE = 1e-9
 """Numbers are equivalent that differ by no more, or by no more than this share of the larger one:
 what a last bit of a library function comes to [design]."""
-_TICK = [column.name for column in TICK_COLUMNS].index(f"{tick_table.INPUTS}.tick")
+_TICK = [column.name for column in TICK_COLUMNS].index(f"{row_schema.INPUTS}.tick")
 
 
 class Difference(NamedTuple):

@@ -8,17 +8,18 @@ judgement from its list of hazards, and so are all times (assumed).
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-from opensuction.kernel.constant import HOUR_S
+from opensuction.kernel.unit import HOUR_S
 from opensuction.safety.handling import (
     NEVER_S,
     UNANSWERED_S,
     Handling,
+    Onset,
     Reaction,
+    Severity,
     alarm,
     patient,
     trip,
 )
-from opensuction.safety.priority import Onset, Severity
 
 
 class ConditionRow(NamedTuple):

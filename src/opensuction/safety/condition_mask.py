@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable
 
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.condition import Condition, row_of
-from opensuction.safety.handling import Handling, Reaction
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Handling, Priority, Reaction
 
 WORD = 53
 """Conditions that one mask can hold. Recordings store it as a double, which is exact below 2^53."""

@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
+from opensuction.kernel.arithmetic import count_ticks
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import count
-from opensuction.kernel.readings import Readings, is_number
+from opensuction.kernel.interface import Readings, is_number
 
 INVALID_TICKS = 5
 """Consecutive ticks without a valid reading that are a fault; fewer are ridden out."""
@@ -34,9 +34,9 @@ def step(state: InvalidTicks, readings: Readings) -> InvalidTicks:
     cam = readings.cam_valid and is_number(readings.cam_rad)
     vacuum = readings.vacuum_valid and is_number(readings.line_vacuum_mmhg)
     return InvalidTicks(
-        head=count(state.head, not head),
-        carriage=count(state.carriage, not carriage),
-        cam=count(state.cam, not cam),
-        vacuum=count(state.vacuum, not vacuum),
-        contact=count(state.contact, not readings.contact_valid),
+        head=count_ticks(state.head, not head),
+        carriage=count_ticks(state.carriage, not carriage),
+        cam=count_ticks(state.cam, not cam),
+        vacuum=count_ticks(state.vacuum, not vacuum),
+        contact=count_ticks(state.contact, not readings.contact_valid),
     )

@@ -43,7 +43,7 @@ class CycleChoice(NamedTuple):
     taught_mm: float | None = None
     """Length that a person measured, tube's lower end to carina; None: taught by hand."""
     faults: tuple[str, ...] = ()
-    """What goes wrong; see `session.cycle.fault_choice`."""
+    """What goes wrong; see `session.cycle.resolution`."""
     gap_scale: float = 1.0
     """Of every gap width, changed after the identification: the conduit was laid otherwise."""
     tip_shift_mm: float = 0.0

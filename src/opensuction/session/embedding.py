@@ -10,7 +10,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import Template
 from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.cycle import compensation_choice, cycle_run, resolution
+from opensuction.session.cycle import cycle_run, equipment, resolution
 from opensuction.session.cycle.cycle_run import CONTACT_CARINA_MM
 from opensuction.simulation import rig as rigs
 
@@ -64,9 +64,7 @@ def controller_settings(
         rig = cycle_run.with_depth(rig, taught_mm)
     calibration = rigs.uncalibrated(rig.profile)
     if resolved.parameter_file is not None:
-        calibration = compensation_choice.calibration(
-            resolved.parameter_file, compensation, rig.kind
-        )
+        calibration = equipment.calibration(resolved.parameter_file, compensation, rig.kind)
     kind = resolved.compensation
     fitted = cycle_run.fit(resolved, rig, calibration)
     settings = setup.settings(rig.profile, fitted, kind, calibration, resolved.by_contact, rig.site)

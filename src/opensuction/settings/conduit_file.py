@@ -3,6 +3,8 @@
 The files stand in `conduit` beside this module. A file holds what was fitted, how well it describes
 its recording and how far repeats of that recording lie apart; the recording itself is not in it.
 `text` writes one, from a recording in degrees.
+
+A transmission by the name of its class.
 """
 
 import tomllib
@@ -14,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.kernel.record import Array
-from opensuction.twin.conduit import conduit_fit, play_line, transmission_class
-from opensuction.twin.conduit.recorded_conduit import RecordedConduit
-from opensuction.twin.conduit.transmission_class import TransmissionClass
+from opensuction.settings.validation import choose
+from opensuction.twin.conduit import conduit_fit, play_line
+from opensuction.twin.conduit.play_line import RecordedConduit, TransmissionClass
 
 RUNS = ("00", "25", "45")
 """Of tool 4 under load 4: sines of .1, .3 and .5 Hz."""
@@ -117,4 +119,26 @@ def load(name: str) -> ShippedConduit:
 def smoothed(name: str) -> tuple[TransmissionClass, float]:
     """One of the conduits as the twin has it, and what that form loses, RMS in mm."""
     lines, offset_mm, lost_mm = play_line.smooth(load(name).conduit)
-    return transmission_class.recorded(name, lines, offset_mm), lost_mm
+    return play_line.recorded(name, lines, offset_mm), lost_mm
+
+
+BUILT = {
+    one.name: one
+    for one in (
+        play_line.SUM_OF_PLAYS,
+        play_line.BOUC_WEN,
+        play_line.RUBBING,
+    )
+}
+"""Classes that the machine's parameters describe whole."""
+TRANSMISSION_NAMES = (*BUILT, *NAMES)
+MACHINES = {
+    f"bench-{name}": name for name in TRANSMISSION_NAMES if name != play_line.SUM_OF_PLAYS.name
+}
+"""Machines by name that are the bench with a transmission of another class."""
+
+
+def find(name: object) -> TransmissionClass:
+    """A class by name; raises InputError with the nearest for one that is not known."""
+    known = choose(name, {one: one for one in TRANSMISSION_NAMES}, "transmission")
+    return BUILT[known] if known in BUILT else smoothed(known)[0]

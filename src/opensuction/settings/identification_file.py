@@ -18,15 +18,13 @@ from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import write_unit
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
-from opensuction.kernel.disclaimer import NOT_A_DEVICE
 from opensuction.kernel.errors import InputError
-from opensuction.settings import calibration_section, lines_section, model_structure
-from opensuction.settings.calibration_section import Measured
-from opensuction.settings.choice import choose
-from opensuction.settings.lines_section import Lines
+from opensuction.kernel.vocabulary import NOT_A_DEVICE
+from opensuction.settings import calibration_section, model_structure
+from opensuction.settings.calibration_section import Lines, Measured
 from opensuction.settings.model_structure import ModelPart, Structure
 from opensuction.settings.toml_file import load_toml
-from opensuction.settings.validation import to_mapping, validate
+from opensuction.settings.validation import choose, to_mapping, validate
 from opensuction.settings.wording import name_source, one_line, refuse, unknown
 
 FORMAT_VERSION: Final = 3
@@ -294,7 +292,7 @@ def _of_lines(identified: Identified, path: Path | str) -> Calibration:
         raise refuse(path, f"has no section {lacks}, by which a head is driven; {_REMEDY}")
     found = assume_nominal(nominal, identified.servo or PLAIN_PD)
     with name_source(path):
-        return found._replace(lines=lines_section.read(driven))
+        return found._replace(lines=calibration_section.read(driven))
 
 
 def _measured(found: Calibration, identified: Identified, path: Path | str) -> Calibration:
@@ -304,7 +302,7 @@ def _measured(found: Calibration, identified: Identified, path: Path | str) -> C
         return found
     with name_source(path):
         if identified.driven is not None:
-            found = found._replace(lines=lines_section.read(identified.driven))
+            found = found._replace(lines=calibration_section.read(identified.driven))
         return found._replace(
             plays=calibration_section.read_plays(measured.plays, depths.lowest, depths.highest),
             width=calibration_section.read_curves(measured.gap_width, "gap_width"),

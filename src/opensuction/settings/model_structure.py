@@ -21,7 +21,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 )
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.settings.choice import choose
+from opensuction.settings.validation import choose
 from opensuction.settings.wording import unknown
 
 MOST_FACTORS: Final = 100_000

@@ -5,6 +5,10 @@ Interval(ge=0, le=15)]``, other scalars, enumerations (written by the name of th
 case with hyphens) or again such records (sections). Leaves are checked by pydantic; the walk
 through keys and sections is done here, because a settings file is by name, complete and never by
 position. There are no defaults: a missing key is an error, whatever the record type says.
+
+One of several things, picked by the name a person typed.
+
+The range a field allows, read from its annotation and written out.
 """
 
 from collections.abc import Mapping
@@ -26,11 +30,52 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import by_name
 from opensuction.kernel.unit import unit_of
-from opensuction.settings.choice import choose
-from opensuction.settings.limit import describe, trim
-from opensuction.settings.wording import join_key, refuse, show, unknown
+from opensuction.kernel.vocabulary import by_name
+from opensuction.settings.wording import join_key, one_line, refuse, show, unknown
+
+WORDS: Final = {
+    "minimum": "at least",
+    "exclusiveMinimum": "above",
+    "maximum": "at most",
+    "exclusiveMaximum": "below",
+}
+"""Bounds of a number by their names in JSON Schema, in the order of a message."""
+
+
+def trim(bound: Any) -> float:
+    """Bound without a needless ``.0``, so that messages read 15 and not 15.0."""
+    number = float(bound)
+    return int(number) if number.is_integer() else number
+
+
+def describe(annotation: Any) -> str:
+    """Range that an annotation allows, as a message says it, without unit; "" for no limit.
+
+    >>> from annotated_types import Interval
+    >>> from typing import Annotated
+    >>> describe(Annotated[float, Interval(gt=0, le=15)])
+    'above 0 and at most 15'
+    """
+    schema = TypeAdapter[Any](annotation).json_schema()
+    bounds = (f"{words} {trim(schema[key])}" for key, words in WORDS.items() if key in schema)
+    return " and ".join(bounds)
+
+
+Value = TypeVar("Value")
+
+
+def choose(name: object, known: Mapping[str, Value], what: str, listed: str | None = None) -> Value:
+    """The value that ``known`` holds under ``name``.
+
+    what: the kind of thing in words, such as ``compensation``; it opens the message.
+    listed: where the names are listed, for those that are too many for one line.
+    Raises `InputError` for a name that is not known, with the nearest and all known names.
+    """
+    if isinstance(name, str) and name in known:
+        return known[name]
+    raise InputError(one_line(unknown(f"{what} {show(name)}", name, known, listed)))
+
 
 Record = TypeVar("Record", bound=tuple[Any, ...])
 

@@ -3,6 +3,13 @@
 Between the two lies a link with drives that watch over it (`opensuction.twin.fault.link`,
 `drive_watchdog`). It is played only where a fault of sensors, messages, power or controller is
 injected; while no controller runs, the rows say that the machine has halted.
+
+Time between cycles, the machine at rest: the patient breathes and secretions gather.
+
+Nothing of the machine moves, so its thousand ticks a second need not be played: only the bedside
+steps, at its own 100 Hz. The patient ends where the closed loop, parked for as long, would have
+brought them. What of the machine settles by itself within seconds is not followed: the catheter
+creeps by tenths of a millimetre more, and the tip stays where it is.
 """
 
 from typing import NamedTuple
@@ -14,12 +21,10 @@ from opensuction.control.compensation import Branches
 from opensuction.controller import controller
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.codegen import row
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.compiler.typed_call import TypedCall
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.readings import Readings
-from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
+from opensuction.kernel.compiler.dispatcher import TypedCall
+from opensuction.kernel.interface import NO_REQUESTS, Commands, Host, Readings, Requests
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.interlocks import Counters
 from opensuction.safety.alarm.alarm_state import Signals
@@ -37,11 +42,12 @@ from opensuction.simulation.wiring import (
     receive,
     wanted,
 )
-from opensuction.twin import plant
+from opensuction.twin import bedside, plant
 from opensuction.twin.bedside import BedsideState
+from opensuction.twin.coupling import TICKS, CouplingState
 from opensuction.twin.fault import link
-from opensuction.twin.machine import annunciator, machine
-from opensuction.twin.machine.annunciator import Annunciator
+from opensuction.twin.machine import drive_watchdog, machine, suction_line
+from opensuction.twin.machine.drive_watchdog import Annunciator
 from opensuction.twin.machine.machine import Machine, MachineState, Truth
 
 DT_S = 0.001
@@ -169,7 +175,7 @@ def _tick(
         host = Host(overrun=late, conditions=0)
         inputs = Inputs(tick=tick, dt_s=DT_S, readings=readings, requests=requests, host=host)
         decided, outputs = controller.step(sides.controller, heads_mm, decided, inputs)
-    commands, shown, passed = outputs.commands, annunciator.repeat(wanted(outputs)), None
+    commands, shown, passed = outputs.commands, drive_watchdog.repeat(wanted(outputs)), None
     if between is not None:
         now = Exchange(reported, readings, outputs, requests.reset, tick)
         commands, passed = command_drives(sides.wiring, between, now, DT_S)
@@ -243,3 +249,66 @@ def run(
     if trace.shape[1] != len(COLUMNS):
         raise TypeError(f"trace: {trace.shape[1]} columns, should be {len(COLUMNS)}")
     return _play(loop, wiring, state, requests, trace, messages)
+
+
+STEP_S = TICKS * DT_S
+"""Time passes in steps of the bedside."""
+
+
+class Worst(NamedTuple):
+    """Worst values of a patient's signs."""
+
+    spo2_percent: float
+    """Least saturation."""
+    lung_volume_loss_ml: float
+    """Most volume lost, less what the patient's own muscles take."""
+
+
+@compiled
+def _step_bedside(
+    loop: Loop, around: BedsideState, coupling: CouplingState, tip_mm: float
+) -> tuple[BedsideState, CouplingState]:
+    """One step of the bedside beside a machine that stands."""
+    around = bedside.step(loop.machine, around, coupling, tip_mm, DT_S)
+    return around, bedside.couple(loop.machine, around, tip_mm)
+
+
+@compiled
+def find_worst(loop: Loop, state: LoopState, duration_s: float) -> Worst:
+    """Worst values of a patient's signs in a time at rest; arguments as of `pass_time`."""
+    around, coupling = state.bedside, state.machine.coupling
+    tip_mm = state.machine.airway.tip_mm
+    least, most_ml = coupling.signs.spo2_percent, coupling.signs.relaxed_loss_ml
+    for _ in range(round(duration_s / STEP_S)):
+        around, coupling = _step_bedside(loop, around, coupling, tip_mm)
+        least = min(least, coupling.signs.spo2_percent)
+        most_ml = max(most_ml, coupling.signs.relaxed_loss_ml)
+    return Worst(least, most_ml)
+
+
+@compiled
+def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
+    """The closed loop after a time at rest; for a machine that is parked.
+
+    duration_s: rounded to steps of the bedside (10 ms). Its tick goes on, so that time does; the
+    controller's clocks are its caller's to move (`upkeep.pass_idle_time`). Mucus in
+    the bore stays there.
+    """
+    span_s = STEP_S
+    steps = round(duration_s / span_s)
+    if steps < 1:
+        return state
+    tip_mm = state.machine.airway.tip_mm
+    coupling, around = state.machine.coupling, state.bedside
+    ticks = coupling.ticks
+    for _ in range(steps):
+        around, coupling = _step_bedside(loop, around, coupling, tip_mm)
+    machine = state.machine._replace(
+        # Pump off, valve closed, air let in: of the machine only the line changes.
+        line=suction_line.step(
+            loop.machine.line, state.machine.line, False, 0.0, 0.0, 0.0, steps * span_s
+        ),
+        # As far between two steps of the bedside as before.
+        coupling=coupling._replace(ticks=ticks, gas_ml=0.0, mucus_ml=0.0, from_mm=tip_mm),
+    )
+    return state._replace(tick=state.tick + steps * TICKS, machine=machine, bedside=around)

@@ -13,11 +13,11 @@ from opensuction.controller import machine_profile
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.identification.estimator import modified_dahl
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.twin import parameter, preset, transmission_parameter
-from opensuction.twin.conduit.transmission_class import PLAYS as CLEARANCES
-from opensuction.twin.conduit.transmission_class import TransmissionClass, TransmissionKind
+from opensuction.twin.conduit.play_line import SUM_OF_PLAYS as CLEARANCES
+from opensuction.twin.conduit.play_line import TransmissionClass, TransmissionKind
 from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine import transmission
 from opensuction.twin.machine.catheter import Catheter, Conduit

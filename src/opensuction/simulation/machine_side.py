@@ -12,21 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.kernel.codegen import plain_row, row
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.compiler.typed_call import TypedCall
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS, DriveMessage
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.compiler.dispatcher import TypedCall
+from opensuction.kernel.interface import MESSAGE_COLUMNS, Commands, DriveMessage, Readings
 from opensuction.kernel.record import Array, make_zero
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.wiring import Wiring
 from opensuction.twin import plant
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import SILENT, LinkState, Message, Ring
-from opensuction.twin.machine import annunciator, drive_watchdog, machine
-from opensuction.twin.machine.annunciator import Annunciator, Lines
-from opensuction.twin.machine.drive_watchdog import WatchdogState
-from opensuction.twin.machine.hand import HandState
+from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine.dc_axis import HandState
+from opensuction.twin.machine.drive_watchdog import Annunciator, Lines, WatchdogState
 from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.plant import PlantState
 
@@ -63,7 +60,7 @@ class Shown(NamedTuple):
 
 
 SHOWN_COLUMNS = row.columns(Shown)
-"""Columns of the row that it gives; of the one that it takes: `kernel.drive_message`."""
+"""Columns of the row that it gives; of the one that it takes: `kernel.interface`."""
 
 _HAND = [
     i
@@ -108,7 +105,7 @@ def _obey(
         mains=wires.mains,
         lag_s=(tick - message.number) * DT_S,
     )
-    shown = annunciator.step(state.annunciator, lines, DT_S)
+    shown = drive_watchdog.step_annunciator(state.annunciator, lines, DT_S)
     commands: Commands = message.commands
     if alone.alone:
         powered = wires.mains or wires.reserve
@@ -193,7 +190,7 @@ def begin(side: MachineSide, plant_state: PlantState) -> dict[str, Array]:
     """
     reading = machine.read(side.machine, plant_state.machine)
     told = LinkState(reading, make_zero(Message)._replace(number=SILENT))
-    state = MachineSideState(0, plant_state, told, drive_watchdog.LISTENING, annunciator.DARK)
+    state = MachineSideState(0, plant_state, told, drive_watchdog.LISTENING, drive_watchdog.DARK)
     apart = _Apart(*(one.copy() for one in plain_row.arrays(state)))
     return {
         "side": plain_row.pack(MachineSide, side),

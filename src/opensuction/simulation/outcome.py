@@ -1,25 +1,133 @@
-"""Outcome of a recorded cycle: the figures that reports, tests and trials share."""
+"""Outcome of a recorded cycle: the figures that reports, tests and trials share.
+
+Notices to people in a run, with time and source, as the annunciator at the bedside gave them.
+
+The controller's alarms count as far as its messages bring them to the annunciator. The
+annunciator's own lines announce the states that no controller can report: that it is silent, late,
+or without power.
+
+The alarm log of a recorded run, from the signals in its trace.
+"""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle import exposure, harm
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import Harm
 from opensuction.procedure.cycle.transition import Event
 from opensuction.safety import condition_mask
-from opensuction.safety.alarm import alarm_episode
-from opensuction.safety.alarm.alarm_episode import Episode
+from opensuction.safety.alarm import alarm_log
+from opensuction.safety.alarm.alarm_log import Episode, Log
+from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.condition import Condition
-from opensuction.simulation import alarm_record, annunciation
-from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns, PhaseSpan, phase_spans
 from opensuction.twin.machine.machine import Machine
+
+CAPACITY = 10_000
+"""Entries that are kept of one run; a day of cycles has some dozens."""
+CHANGING = ("present", "latched", "acknowledged", "escalated")
+"""Signals whose change is an entry in the log; the audio pause is the fifth."""
+
+
+def _signals(trace: Columns, row: int) -> Signals:
+    at = (trace[f"signals.{name}"][row] for name in Signals._fields)
+    kinds = get_type_hints(Signals).values()
+    return Signals(*(kind(value) for kind, value in zip(kinds, at, strict=True)))
+
+
+def log(trace: Columns) -> Log:
+    """The log of a run; what is signalled in its first tick counts as raised then."""
+    time_s = trace["time_s"]
+    noted = alarm_log.start(CAPACITY, float(time_s[0]) if time_s.size else 0.0)
+    if time_s.size == 0:
+        return noted
+    changes = np.zeros(time_s.size, dtype=np.bool_)
+    paused = (trace["signals.pause_left_s"] > 0.0).astype(np.float64)
+    for values in (*(trace[f"signals.{name}"] for name in CHANGING), paused):
+        changes |= np.diff(values, prepend=0.0) != 0.0
+    for row in np.flatnonzero(changes):
+        noted = alarm_log.note(noted, float(time_s[row]), _signals(trace, int(row)))
+    return noted
+
+
+CONTROLLER = "controller"
+SAID = "annunciator.said"
+
+
+class Line(NamedTuple):
+    """A line of the annunciator that needs no controller."""
+
+    condition: Condition
+    """What it means."""
+    by: str
+    """Who has raised it."""
+
+
+LINES = {
+    "annunciator.watchdog_fired": Line(Condition.WATCHDOG_FIRED, "drives"),
+    "annunciator.message_late": Line(Condition.MESSAGE_LATE, "drives"),
+    "annunciator.reserve_used": Line(Condition.RESERVE_ENERGY_USED, "power"),
+}
+"""Lines by their column."""
+COLUMNS = (SAID, *LINES)
+"""What the annunciator shows, in the trace."""
+
+
+class Annunciation(NamedTuple):
+    """People were told of a condition."""
+
+    condition: Condition
+    at_s: float
+    by: str
+    """``controller``, ``drives`` or ``power``."""
+
+
+def _shown(columns: Columns) -> npt.NDArray[np.int64]:
+    """Mask of all that is shown in each tick."""
+    mask = columns[SAID].astype(np.int64)
+    for name, line in LINES.items():
+        mask |= columns[name].astype(np.int64) << int(line.condition)
+    return mask
+
+
+def showing(columns: Columns) -> tuple[Condition, ...]:
+    """Conditions that are shown in the last tick. columns: see `told`."""
+    mask = int(_shown({name: columns[name][-1:] for name in COLUMNS})[0])
+    return tuple(Condition(number) for number in condition_mask.decode(mask))
+
+
+def _teller(columns: Columns, tick: int, condition: Condition) -> str:
+    """Source of a condition that is shown in a tick; the controller where it raised it, too."""
+    if int(columns[SAID][tick]) >> condition & 1:
+        return CONTROLLER
+    return next(line.by for line in LINES.values() if line.condition == condition)
+
+
+def told(columns: Columns) -> list[Annunciation]:
+    """Annunciations of a run, in order of time; each condition when it is first shown.
+
+    A condition that is no longer shown and comes again is told again. columns: those of `COLUMNS`
+    and ``time_s``, one entry a tick. What is shown in the first tick is told then.
+    """
+    shown = _shown(columns)
+    before = np.concatenate(([0], shown[:-1]))
+    news = shown & ~before
+    return [
+        Annunciation(
+            Condition(number),
+            float(columns["time_s"][tick]),
+            _teller(columns, int(tick), Condition(number)),
+        )
+        for tick in np.flatnonzero(news)
+        for number in condition_mask.decode(int(news[tick]))
+    ]
+
 
 IN_AIRWAY_PHASES = (
     Phase.INSERTING,
@@ -179,7 +287,7 @@ def outcome(
         exposure=borne,
         harm=harm.find(machine, borne, cap_mm),
         trips=trip_times(trace),
-        alarms=alarm_episode.list_episodes(alarm_record.log(trace)),
-        told=tuple(annunciation.told(trace)),
+        alarms=alarm_log.list_episodes(log(trace)),
+        told=tuple(told(trace)),
         abort=find_abort(trace),
     )

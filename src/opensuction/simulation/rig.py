@@ -19,13 +19,11 @@ from opensuction.identification.estimator import servo as servo_estimator
 from opensuction.identification.estimator.modified_dahl import Fit
 from opensuction.identification.estimator.prandtl_ishlinskii import PrandtlIshlinskiiFit
 from opensuction.identification.estimator.servo import ServoFit
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import IDENTIFY, NO_REQUESTS
+from opensuction.kernel.interface import IDENTIFY, NO_REQUESTS
+from opensuction.kernel.vocabulary import AgeGroup, Phase
 from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.procedure.cycle.plan import Excitation
-from opensuction.procedure.planning.protocol import PAPER, Protocol
-from opensuction.procedure.planning.site import BENCH_SITE, Site
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER, Protocol, Site
 from opensuction.simulation import machine_kind, trace
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.machine_kind import MachineKind

@@ -3,32 +3,121 @@
 What it shows is in `identification.estimator`: contact and the barrier at the tube's mouth.
 
 The compensation learns, the governor does not: see docs/decisions/0007.
+
+A person teaches the travel length on the twin: hand, machine and controller in the loop.
+
+What is taught is 2 to 4 mm deeper than the carina: the hand presses until it has reacted, and the
+model is 1 mm off the plant. Protocols stop that much nearer to it than their 10 mm.
 """
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from opensuction.control import compensation
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import adaptation, setup
+from opensuction.controller import calibration, setup
 from opensuction.controller.calibration import Calibration
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
-from opensuction.identification.estimator import gap_scale
+from opensuction.identification.estimator import gap_measurement
 from opensuction.identification.estimator.adaptation import Evidence, Spoilt
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS
-from opensuction.procedure.planning.protocol import Protocol
-from opensuction.procedure.planning.site import Site
-from opensuction.safety import tip_bound
+from opensuction.kernel.interface import CONFIRM, NO_REQUESTS, TEACH
+from opensuction.kernel.vocabulary import RESTING, Phase
+from opensuction.procedure.cycle.teaching import Taught
+from opensuction.procedure.planning import guideline
+from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.procedure.planning.protocol import Protocol, Site
+from opensuction.safety import limits
 from opensuction.simulation import closed_loop, trace
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation import rig as rigs
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin.machine import transmission
+from opensuction.twin.machine import dc_axis, transmission
+
+TEACHING_RUN = 3
+"""Number of the noise stream and of the person; identification and cycles have others."""
+LIMIT_S = 90.0
+"""No teaching lasts longer: the governor's time in the airway ends it before."""
+FINE_S = 0.02
+"""How finely in time the button is pressed."""
+
+
+class Teaching(NamedTuple):
+    """Result of a teaching."""
+
+    taught: Taught
+    taught_mm: float
+    """Taught length; nan where none was taken."""
+    columns: Columns
+    home: bool
+    """Whether the machine is parked again."""
+
+
+def assemble(chosen: Rig, calibration: Calibration) -> tuple[Loop, LoopState]:
+    """Closed loop of a rig ready to be taught, a person at the catheter head.
+
+    Depth is limited by the plausible range, for the carina is not known yet, and time in the
+    airway by the guideline; no cycle can be started.
+    """
+    age = chosen.site.age
+    loop, state = rigs.assemble(
+        chosen,
+        guideline.protocol(age, guideline.IDLE_VACUUM_MMHG),
+        CompensationKind.EXACT_INVERSE,
+        calibration,
+        TEACHING_RUN,
+    )
+    settings = loop.controller
+    limits = settings.limits._replace(in_airway_s=GUIDELINES[age].in_airway_s)
+    plan = settings.plan._replace(travel_known=False)
+    person = dc_axis.draw_hand(
+        settings.parked.head_mm, -chosen.site.park_mm, chosen.seed, TEACHING_RUN
+    )
+    return (
+        loop._replace(
+            controller=settings._replace(limits=limits, plan=plan),
+            machine=loop.machine._replace(hand=person),
+        ),
+        state._replace(machine=state.machine._replace(hand=dc_axis.PUSHING)),
+    )
+
+
+def teach(chosen: Rig, calibration: Calibration, names: Sequence[str] = ()) -> Teaching:
+    """The travel length that a person teaches on a rig, and how it went.
+
+    calibration: the controller's model of the transmission, found before. names: the columns of
+    the trace that are wanted.
+    """
+    loop, state = assemble(chosen, calibration)
+    table = np.empty((trace.RECORDED_ROWS, len(COLUMNS)))
+    parts, confirmed, requests = [], False, TEACH
+    while state.tick * DT_S < LIMIT_S:
+        left_s = dc_axis.confirms_in_s(loop.machine.hand, state.machine.hand)
+        if left_s <= 0.0 and not confirmed:
+            requests, confirmed = CONFIRM, True
+        # Not beyond the instant at which the button may be pressed.
+        ahead_s = LIMIT_S if confirmed else min(left_s, LIMIT_S)
+        piece = round(max(ahead_s // FINE_S - 1.0, 1.0) * FINE_S / DT_S)
+        state, ticks = closed_loop.run(loop, state, requests, table[:piece])
+        requests = NO_REQUESTS
+        parts.append(trace.copy_columns(table[:ticks], names))
+        if state.controller.core.procedure.phase in RESTING:
+            break
+    found = state.controller.core.procedure.teaching
+    taken = found.taught == Taught.TAKEN
+    return Teaching(
+        taught=Taught(found.taught),
+        taught_mm=float(found.taught_mm) if taken else float(np.nan),
+        columns=trace.join(parts),
+        home=state.controller.core.procedure.phase == Phase.PARKED,
+    )
+
 
 PARKING_S = 1.0
 """Time in which a parked head goes to its new park position; a few mm take .2 s."""
@@ -76,11 +165,11 @@ def seen(
     """
     head_mm = columns["readings.head_mm"]
     clear, by_lines = columns["readings.mouth_clear"], kind == CompensationKind.MODEL_PREVIEW
-    passed = adaptation.passed(identified, clear, head_mm, mouth_mm, DT_S, by_lines)
+    passed = calibration.passed(identified, clear, head_mm, mouth_mm, DT_S, by_lines)
     if not np.any(columns["phase"] == Phase.BACKING_OFF):
         return passed
     moving = np.isin(columns["phase"], (Phase.INSERTING, Phase.BACKING_OFF))
-    touched = gap_scale.find_contact(
+    touched = gap_measurement.find_contact(
         columns["readings.contact_closed"][moving],
         head_mm[moving],
         DT_S,
@@ -88,7 +177,7 @@ def seen(
     )
     if touched is None:
         return passed
-    scale = gap_scale.estimate_scale(identified.plays, touched, gap_scale.TRUSTED)
+    scale = gap_measurement.estimate_scale(identified.plays, touched, gap_measurement.TRUSTED)
     spoilt = Spoilt.NOTHING if touched.steady else Spoilt.UNSTEADY
     if _is_coughing(columns, moving, cough_cmh2o):
         spoilt = Spoilt.COUGHED
@@ -144,7 +233,7 @@ def replanned(
         profile, protocol, kind, used, by_contact, site._replace(park_mm=park_mm)
     )
     # The planner took the cap on the head from the learned gap.
-    highest_mm = float(tip_bound.head_cap_mm(identified.limits.tip, identified.limits.cap_mm))
+    highest_mm = float(limits.head_cap_mm(identified.limits.tip, identified.limits.cap_mm))
     setup.check_cap(planned.compensation, setup.branches(kind, used), protocol, highest_mm)
     return bounded(planned, identified)
 
@@ -159,7 +248,7 @@ def bounded(learned: Settings, identified: Settings) -> Settings:
     """
     held = identified.limits
     parked_mm = learned.limits.park_head_mm
-    deepest_mm = tip_bound.deepest_mm(held.tip, tip_bound.assume_anywhere(held.tip, parked_mm))
+    deepest_mm = limits.deepest_mm(held.tip, limits.assume_anywhere(held.tip, parked_mm))
     if deepest_mm > held.outside_mm:
         raise InputError(
             f"the head would park at {parked_mm:.1f} mm on the learned gap, where the tip may be "

@@ -9,14 +9,12 @@ import numpy as np
 
 from opensuction.controller.record import Outputs
 from opensuction.kernel.codegen import row
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Commands, Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import SILENT, Link, LinkPast, LinkState, Message, Ring
-from opensuction.twin.machine import annunciator, drive_watchdog
-from opensuction.twin.machine.annunciator import Annunciator, Lines
-from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
+from opensuction.twin.machine import drive_watchdog
+from opensuction.twin.machine.drive_watchdog import Annunciator, DriveWatchdog, Lines, WatchdogState
 
 
 class Wiring(NamedTuple):
@@ -142,7 +140,7 @@ def command_drives(
         mains=wires.mains,
         lag_s=(now.tick - message.number) * dt_s,
     )
-    shown = annunciator.step(before.annunciator, lines, dt_s)
+    shown = drive_watchdog.step_annunciator(before.annunciator, lines, dt_s)
     linked = LinkedState(LinkState(now.readings, message), alone, shown, outputs)
     obeyed = _decide_alone(wiring, alone, message.commands, now.reported)
     return obeyed, Passed(now.reported, sent, linked)

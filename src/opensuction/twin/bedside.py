@@ -7,15 +7,14 @@ the 1 kHz tick, where carrying them costs a quarter of the time.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin.airway import secretion
-from opensuction.twin.airway.secretion import Bins
-from opensuction.twin.behaviour import artefact, behaviour, clearance
-from opensuction.twin.behaviour.behaviour import Around, BehaviourState
-from opensuction.twin.behaviour.clearance import Store
+from opensuction.twin.airway import airway
+from opensuction.twin.airway.airway import Bins
+from opensuction.twin.behaviour import behaviour
+from opensuction.twin.behaviour.behaviour import Around, BehaviourState, Store
 from opensuction.twin.coupling import NO_SIGNS, TICKS, CouplingState
 from opensuction.twin.machine.machine import Machine
-from opensuction.twin.patient import heart
 from opensuction.twin.patient import patient as patient_model
+from opensuction.twin.patient import patient_monitor
 from opensuction.twin.patient.patient import AT_EASE, PatientState, Strain
 
 
@@ -54,12 +53,12 @@ def couple(machine: Machine, state: BedsideState, tip_mm: float) -> CouplingStat
     if _is_lively(machine):
         shift_mm = behaviour.carina_shift_mm(machine.patient.behaviour, state.behaviour)
         gap_ratio = state.behaviour.posture.gap_ratio
-        signs = signs._replace(monitor=artefact.distort(state.behaviour.artefact, signs.monitor))
+        signs = signs._replace(monitor=behaviour.distort(state.behaviour.artefact, signs.monitor))
     return CouplingState(
         ticks=0,
         gas_ml=0.0,
         mucus_ml=0.0,
-        reachable_ml=secretion.within_reach_ml(state.secretion_ml, tip_mm, machine.airway.reach_mm),
+        reachable_ml=airway.within_reach_ml(state.secretion_ml, tip_mm, machine.airway.reach_mm),
         from_mm=tip_mm,
         carina_shift_mm=shift_mm,
         gap_ratio=gap_ratio,
@@ -74,7 +73,7 @@ def _stimulus(machine: Machine, coupling: CouplingState, tip_mm: float) -> float
     Past the tube's lower end, at 0, it touches the trachea.
     """
     carina_mm = machine.patient.carina_mm + coupling.carina_shift_mm
-    return heart.stimulus(tip_mm > 0.0, coupling.gas_ml > 0.0, tip_mm >= carina_mm)
+    return patient_monitor.stimulus(tip_mm > 0.0, coupling.gas_ml > 0.0, tip_mm >= carina_mm)
 
 
 @compiled
@@ -91,7 +90,7 @@ def _act(
     acting = behaviour.step(habits, state.behaviour, around, span_s)
     strain = Strain(
         muscle_cmh2o=behaviour.muscle_cmh2o(habits, acting),
-        resistance_ratio=clearance.resistance_ratio(
+        resistance_ratio=behaviour.resistance_ratio(
             habits.clearance, state.secretion_ml, state.store
         ),
     )
@@ -130,7 +129,7 @@ def step(
     patient, acting = state.patient, state.behaviour
     if machine.has_patient:
         patient, acting = _breathe(machine, state, coupling, tip_mm, TICKS * dt_s)
-    rest = secretion.step(
+    rest = airway.step_secretion(
         state.secretion_ml,
         state.produced_ml_per_s,
         coupling.from_mm,
@@ -140,7 +139,7 @@ def step(
     )
     store = state.store
     if _is_lively(machine):
-        rest, store = clearance.step(
+        rest, store = behaviour.step_clearance(
             machine.patient.behaviour.clearance,
             rest,
             store,

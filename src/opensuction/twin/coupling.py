@@ -8,7 +8,7 @@ the volume of mucus within reach of the tip.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.readings import Monitor
+from opensuction.kernel.interface import Monitor
 from opensuction.kernel.record import make_zero
 
 TICKS = 10

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.interface import Commands
 from opensuction.twin import bedside as bedside_model
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.coupling import TICKS

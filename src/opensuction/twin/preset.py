@@ -7,35 +7,28 @@ import numpy.typing as npt
 
 from opensuction.hysteresis.play_bundle import PLAYS
 from opensuction.kernel import random_stream
-from opensuction.kernel.constant import ATMOSPHERE_MMHG, HOUR_S, ML_PER_S
+from opensuction.kernel.unit import ATMOSPHERE_MMHG, HOUR_S, ML_PER_S
 from opensuction.twin import bedside, parameter
-from opensuction.twin.airway.airway import Airway, AirwayState
-from opensuction.twin.airway.secretion import BIN_MM, Bins
-from opensuction.twin.airway.tip import Tip
+from opensuction.twin.airway.airway import BIN_MM, Airway, AirwayState, Bins, Tip
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.behaviour import behaviour, clearance
-from opensuction.twin.conduit.bouc_wen_lag import NO_LAG, BoucWenLag
-from opensuction.twin.conduit.rate_friction import NO_FRICTION, RateFriction
-from opensuction.twin.conduit.transmission_class import PLAYS as CLEARANCES
-from opensuction.twin.conduit.transmission_class import TransmissionClass, TransmissionKind
-from opensuction.twin.machine import bore, contact_switch, hand, transmission
+from opensuction.twin.behaviour import behaviour
+from opensuction.twin.conduit.play_line import SUM_OF_PLAYS as CLEARANCES
+from opensuction.twin.conduit.play_line import TransmissionClass, TransmissionKind
+from opensuction.twin.conduit.rate_friction import NO_FRICTION, NO_LAG, BoucWenLag, RateFriction
 from opensuction.twin.machine import catheter as catheter_model
+from opensuction.twin.machine import contact_switch, dc_axis, suction_line, transmission
 from opensuction.twin.machine import machine as machine_model
-from opensuction.twin.machine.bore import Bore
 from opensuction.twin.machine.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
-from opensuction.twin.machine.contact_switch import ContactSwitch
-from opensuction.twin.machine.creep import Creep
-from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
-from opensuction.twin.machine.laser import Laser, LaserState
+from opensuction.twin.machine.contact_switch import ContactSwitch, Laser, LaserState
+from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis, ValveMechanism
 from opensuction.twin.machine.machine import Machine, MachineState
-from opensuction.twin.machine.suction_line import SuctionLine, SuctionState
-from opensuction.twin.machine.transmission import Transmission, bundle
-from opensuction.twin.machine.valve_mechanism import ValveMechanism
+from opensuction.twin.machine.suction_line import Bore, SuctionLine, SuctionState
+from opensuction.twin.machine.transmission import Creep, Transmission, bundle
 from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.patient import patient_airway, patient_preset
 from opensuction.twin.patient.patient import Patient
 from opensuction.twin.plant import PlantState
-from opensuction.twin.sensor import sensor, sensor_preset
+from opensuction.twin.sensor import sensor
 
 GIVEN_MASS_KG = parameter.BENCH["moving_mass_kg"].value
 """Moving mass for which an insertion axis's time constant is given."""
@@ -249,7 +242,7 @@ def machine(
         rack_from_mm=-ENDLESS_MM,
         rack_to_mm=ENDLESS_MM,
         gear_backlash_mm=fitted["gear_backlash_mm"],
-        sensors=sensor_preset.sensors(fitted),
+        sensors=sensor.sensors(fitted),
         amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
         load_v_per_n=load_v_per_n(fitted),
         clamp_slip_ratio=0.0,
@@ -266,7 +259,7 @@ def machine(
         patient=patient if patient is not None else NO_PATIENT,
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
-        hand=hand.NOBODY,
+        hand=dc_axis.NOBODY,
     )
 
 
@@ -311,9 +304,9 @@ def _settle_bedside(twin: Machine, values: ParameterValues, seed: int, run: int)
         hourly_ml = person.secretion.production_ml_per_h
         breathing = patient_preset.at_rest(person)
     loose_ml = secretions_ml(fitted)
-    store = clearance.EMPTY
+    store = behaviour.EMPTY
     if twin.has_patient and person.behaviour.is_lively:
-        loose_ml, store = clearance.part(person.behaviour.clearance, loose_ml)
+        loose_ml, store = behaviour.part(person.behaviour.clearance, loose_ml)
     return BedsideState(
         patient=breathing,
         behaviour=behaviour.begin(person.behaviour, seed, run),
@@ -343,7 +336,7 @@ def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run:
         transmission=moved,
         valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
         line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),
-        bore=bore.EMPTY,
+        bore=suction_line.EMPTY,
         airway=AirwayState(
             taken_ml=0.0,
             removed_ml=0.0,
@@ -362,7 +355,7 @@ def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run:
             twin.sensors, measured, random_stream.stream(seed, SENSOR_PURPOSE + run)
         ),
         coupling=bedside.couple(twin, around, moved.tip_mm),
-        hand=hand.AWAY,
+        hand=dc_axis.AWAY,
     )
     return PlantState(machine=machine, bedside=around)
 

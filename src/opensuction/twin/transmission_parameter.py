@@ -4,7 +4,7 @@ Rows as in `opensuction.twin.parameter`; gap or lag also goes with the conduit's
 as drawn, over the paper's. A class that is not on clearances alone has its own gain and offset.
 """
 
-from opensuction.twin.conduit.transmission_class import TransmissionClass, TransmissionKind
+from opensuction.twin.conduit.play_line import TransmissionClass, TransmissionKind
 from opensuction.twin.parameter import BENCH
 from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.parameter_row import parameter_row as _p

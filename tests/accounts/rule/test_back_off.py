@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.accounts.rule import back_off
-from opensuction.accounts.rule.back_off import ACCOUNT, DEVICE, ORIGIN, BackOff
+from opensuction.accounts.rule import sign_in_rule
+from opensuction.accounts.rule.sign_in_rule import ACCOUNT, DEVICE, ORIGIN, BackOff
 from opensuction.records.account_rows import Attempt
 from tests.records.example import NOON
 
@@ -18,8 +18,8 @@ def fail(rule: BackOff, times: int) -> list[float]:
     """The waits that follow failures, each made as soon as it may be."""
     attempt, now, waits = None, NOON, []
     for _ in range(times):
-        attempt = back_off.charge(attempt, now)
-        waits.append(back_off.wait_s(rule, attempt, now))
+        attempt = sign_in_rule.charge(attempt, now)
+        waits.append(sign_in_rule.wait_s(rule, attempt, now))
         now += timedelta(seconds=waits[-1])
     return waits
 
@@ -38,24 +38,24 @@ def test_a_guesser_gets_some_hundred_tries_a_day() -> None:
 
 def test_failures_are_forgotten_after_a_day_of_none() -> None:
     attempt = Attempt(50, NOON)
-    later = NOON + back_off.MEMORY
-    assert back_off.wait_s(ACCOUNT, attempt, later) == 0.0
-    assert back_off.charge(attempt, later).failures == 1
-    assert back_off.charge(attempt, later - timedelta(seconds=1)).failures == 51
+    later = NOON + sign_in_rule.MEMORY
+    assert sign_in_rule.wait_s(ACCOUNT, attempt, later) == 0.0
+    assert sign_in_rule.charge(attempt, later).failures == 1
+    assert sign_in_rule.charge(attempt, later - timedelta(seconds=1)).failures == 51
 
 
 def test_who_succeeds_takes_the_own_attempt_back_and_no_other() -> None:
-    attempt = back_off.refund(Attempt(7, NOON), NOON)
+    attempt = sign_in_rule.refund(Attempt(7, NOON), NOON)
     assert attempt == Attempt(6, NOON)
-    assert back_off.refund(Attempt(1, NOON), NOON) is None
-    assert back_off.refund(None, NOON) is None
+    assert sign_in_rule.refund(Attempt(1, NOON), NOON) is None
+    assert sign_in_rule.refund(None, NOON) is None
 
 
 @pytest.mark.parametrize("days", [1, 400])
 def test_a_clock_set_back_is_found(days: int) -> None:
     attempt = Attempt(9, NOON)
-    assert back_off.is_of_the_future(attempt, NOON - timedelta(days=days))
-    assert not back_off.is_of_the_future(attempt, NOON)
+    assert sign_in_rule.is_of_the_future(attempt, NOON - timedelta(days=days))
+    assert not sign_in_rule.is_of_the_future(attempt, NOON)
 
 
 @given(
@@ -65,6 +65,6 @@ def test_a_clock_set_back_is_found(days: int) -> None:
 )
 def test_nobody_waits_longer_than_the_longest(rule: BackOff, failures: int, seconds: float) -> None:
     now = NOON + timedelta(seconds=seconds)
-    wait_s = back_off.wait_s(rule, Attempt(failures, NOON), now)
+    wait_s = sign_in_rule.wait_s(rule, Attempt(failures, NOON), now)
     assert 0.0 <= wait_s <= rule.longest_s
     assert wait_s == 0.0 or failures >= rule.free

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.accounts import secret
+from opensuction.accounts import session
 from opensuction.accounts.rule import password
 from opensuction.kernel.errors import InputError
 from tests.accounts.example import PASSWORDS
@@ -61,7 +61,7 @@ def test_a_long_one_of_one_s_own_is_taken_whatever_its_letters(given: str) -> No
 
 def test_those_that_are_made_here_are_taken() -> None:
     for _ in range(200):
-        password.check(secret.make_one_time_password(), "anna")
+        password.check(session.make_one_time_password(), "anna")
 
 
 def test_a_short_name_is_in_many_words() -> None:

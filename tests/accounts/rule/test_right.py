@@ -6,7 +6,7 @@ import pytest
 
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import RIGHTS, Right, Role, rights_of
-from opensuction.records.database.account_schema import ROLES
+from opensuction.records.database.schema import ROLES
 
 
 def test_every_right_is_in_the_table() -> None:

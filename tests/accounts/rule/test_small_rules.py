@@ -6,27 +6,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.accounts.rule import lifetime, name, origin
+from opensuction.accounts.rule import sign_in_rule
 from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import Bearer
 from tests.records.example import NOON
 
-BEARER = Bearer("0" * 64, "session", "anna", None, NOON, NOON, NOON + lifetime.ABSOLUTE)
+BEARER = Bearer("0" * 64, "session", "anna", None, NOON, NOON, NOON + sign_in_rule.ABSOLUTE)
 
 
 def test_a_session_ends_when_nobody_uses_it_and_after_a_shift() -> None:
-    assert not lifetime.has_ended(BEARER, NOON + lifetime.IDLE - timedelta(seconds=1))
-    assert lifetime.has_ended(BEARER, NOON + lifetime.IDLE)
-    late = BEARER._replace(seen_at=NOON + lifetime.ABSOLUTE - timedelta(seconds=2))
-    assert not lifetime.has_ended(late, late.expires_at - timedelta(seconds=1))
-    assert lifetime.has_ended(late, late.expires_at)
-    assert lifetime.ends_at(late) == late.expires_at
-    assert lifetime.ends_at(BEARER) == NOON + lifetime.IDLE
+    assert not sign_in_rule.has_ended(BEARER, NOON + sign_in_rule.IDLE - timedelta(seconds=1))
+    assert sign_in_rule.has_ended(BEARER, NOON + sign_in_rule.IDLE)
+    late = BEARER._replace(seen_at=NOON + sign_in_rule.ABSOLUTE - timedelta(seconds=2))
+    assert not sign_in_rule.has_ended(late, late.expires_at - timedelta(seconds=1))
+    assert sign_in_rule.has_ended(late, late.expires_at)
+    assert sign_in_rule.ends_at(late) == late.expires_at
+    assert sign_in_rule.ends_at(BEARER) == NOON + sign_in_rule.IDLE
 
 
 def test_a_clock_set_back_ends_a_session_and_a_small_step_does_not() -> None:
-    assert not lifetime.has_ended(BEARER, NOON - timedelta(seconds=2))
-    assert lifetime.has_ended(BEARER, NOON - timedelta(hours=5))
+    assert not sign_in_rule.has_ended(BEARER, NOON - timedelta(seconds=2))
+    assert sign_in_rule.has_ended(BEARER, NOON - timedelta(hours=5))
 
 
 @pytest.mark.parametrize(
@@ -43,20 +43,20 @@ def test_a_clock_set_back_ends_a_session_and_a_small_step_does_not() -> None:
     ],
 )
 def test_an_address_is_counted_as_whoever_has_it(address: str, counted: str) -> None:
-    assert origin.normalise(address) == counted
+    assert sign_in_rule.normalise_origin(address) == counted
 
 
 @given(st.text(st.characters(codec=None, exclude_categories=[]), max_size=99))
 def test_any_origin_can_be_put_on_record(given: str) -> None:
-    counted = origin.normalise(given)
+    counted = sign_in_rule.normalise_origin(given)
     assert 1 <= len(counted) <= 45
     assert counted.isprintable()
 
 
 @pytest.mark.parametrize("good", ["anna", "a1", "anna.meyer-2_x"])
 def test_a_name_that_can_be(good: str) -> None:
-    name.check(good)
-    assert name.normalise(f"  {good.upper()} ") == good
+    sign_in_rule.check(good)
+    assert sign_in_rule.normalise_name(f"  {good.upper()} ") == good
 
 
 @pytest.mark.parametrize(
@@ -64,5 +64,5 @@ def test_a_name_that_can_be(good: str) -> None:
 )
 def test_a_name_that_cannot_be_is_one_line(bad: str) -> None:
     with pytest.raises(InputError, match=r"the name ") as refused:
-        name.check(bad)
+        sign_in_rule.check(bad)
     assert len(str(refused.value).splitlines()) == 1

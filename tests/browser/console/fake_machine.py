@@ -23,7 +23,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import Role
-from opensuction.console.route import alarm_signal, anatomy
+from opensuction.console.route import machine as machine_route
 from opensuction.console.route import request as request_route
 from opensuction.report import wording
 from opensuction.safety.condition import Condition
@@ -207,8 +207,6 @@ NOBODY: Json = {"name": None, "rights": sorted(map(str, right.ANYBODY))}
 
 def create_app(fake: FakeMachine) -> FastAPI:
     app = FastAPI(openapi_url=None)
-    app.include_router(anatomy.router, prefix="/api/v1")
-    app.include_router(alarm_signal.router, prefix="/api/v1")
     app.include_router(request_route.page)
 
     @app.middleware("http")
@@ -220,6 +218,8 @@ def create_app(fake: FakeMachine) -> FastAPI:
     add_session(app, fake)
     add_machine(app, fake)
     add_people(app)
+    # The routes above answer first: of the machine's own, the drawing and the signals are wanted.
+    app.include_router(machine_route.router, prefix="/api/v1")
 
     @app.get("/")
     def index() -> FileResponse:

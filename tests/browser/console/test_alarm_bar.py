@@ -5,9 +5,9 @@ import pytest
 from playwright.sync_api import expect
 
 from opensuction.accounts.rule.right import Role
-from opensuction.safety.alarm import auditory_signal, visual_signal
+from opensuction.safety.alarm import alarm_signal
 from opensuction.safety.condition import Condition
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from tests.browser.console.conftest import Bedside
 from tests.browser.console.fake_machine import alarm, alarming
 from tests.browser.console.waiting import drawn, until
@@ -35,7 +35,7 @@ def assert_light(bedside: Bedside, priority: Priority) -> None:
     bedside.machine.show(**alarming(alarm(condition)))
     expect(page.locator(".alarm-bar")).to_have_attribute("data-priority", priority.name.lower())
     expect(page.locator(".alarm-kind")).to_contain_text(priority.name)
-    lamp, light = page.locator(".alarm-lamp[data-lit]"), visual_signal.LIGHTS[priority]
+    lamp, light = page.locator(".alarm-lamp[data-lit]"), alarm_signal.LIGHTS[priority]
     told = lamp.evaluate(
         """one => [getComputedStyle(one).backgroundColor, ...one.getAnimations().map(
             run => [run.effect.getTiming().duration, run.effect.getKeyframes()[1].offset])]"""
@@ -62,7 +62,7 @@ def assert_sound(bedside: Bedside, priority: Priority) -> None:
         }""",
         [priority.name.lower(), rate_hz],
     )
-    wanted = auditory_signal.burst(priority, rate_hz)
+    wanted = alarm_signal.burst(priority, rate_hz)
     assert abs(len(made) - len(wanted)) <= 1
     shared = min(len(made), len(wanted))
     assert np.allclose(made[:shared], wanted[:shared], atol=1e-5)  # the page's are of 32 bits
@@ -87,7 +87,7 @@ def test_what_is_silent_is_remembered_by_a_tone_when_the_machine_says_so(bedside
         drawn(page, machine)
     (lasts_s,) = page.evaluate("window.sounded")
     rate_hz = 22_050
-    wanted = len(auditory_signal.burst(Priority.NONE, rate_hz)) / rate_hz
+    wanted = len(alarm_signal.burst(Priority.NONE, rate_hz)) / rate_hz
     assert lasts_s == pytest.approx(wanted, abs=0.01)
     machine.show(alarms=[], priority="none", audible="none", silent_s=0.0)
     drawn(page, machine)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import pytest
 from playwright.sync_api import expect
 
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.safety.condition import Condition
 from tests.browser.console.conftest import TABLET
 from tests.browser.console.waiting import until

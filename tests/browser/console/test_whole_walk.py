@@ -16,7 +16,7 @@ import httpx
 import pytest
 from playwright.sync_api import expect
 
-from opensuction.ipc.process_lock import holder
+from opensuction.ipc.heartbeat import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records

@@ -1,7 +1,7 @@
 """Rate limit of requests."""
 
-from opensuction.console.guard import bucket
-from opensuction.console.guard.bucket import Buckets
+from opensuction.console.guard import limits
+from opensuction.console.guard.limits import Buckets
 
 
 class Clock:
@@ -49,6 +49,6 @@ def test_it_never_holds_more_than_it_can() -> None:
 
 def test_many_names_take_no_memory_for_ever() -> None:
     made = Buckets(1.0, 1.0, Clock())
-    for number in range(2 * bucket.KEPT):
+    for number in range(2 * limits.KEPT):
         made.take(str(number))
-    assert len(made._kept) == bucket.KEPT
+    assert len(made._kept) == limits.KEPT

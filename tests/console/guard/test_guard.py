@@ -9,12 +9,10 @@ import pytest
 from starlette.testclient import WebSocketDenialResponse
 from starlette.types import Message, Receive, Scope, Send
 
-from opensuction.console.guard.guard import Guard
-from opensuction.console.guard.header import SECURITY
-from opensuction.console.guard.limits import UNHURRIED, USUAL, Rate
+from opensuction.console.console_process import MOST, Throttle
+from opensuction.console.guard.guard import SECURITY, Guard
+from opensuction.console.guard.limits import PRESSES, UNHURRIED, USUAL, Rate, Rates
 from opensuction.console.guard.problem import MEDIA_TYPE
-from opensuction.console.guard.rates import PRESSES, Rates
-from opensuction.console.guard.throttle import MOST, Throttle
 from tests.console.play import play
 from tests.console.served import Served, served
 

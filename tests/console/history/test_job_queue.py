@@ -12,9 +12,8 @@ from typing import Any
 import pytest
 
 from opensuction.console.guard.problem import Problem
-from opensuction.console.history import job_queue, recording_file
-from opensuction.console.history.job_queue import JobQueue
-from opensuction.console.history.recording_file import RecordingFile
+from opensuction.console.history import job_queue
+from opensuction.console.history.job_queue import JobQueue, RecordingFile
 from opensuction.console.history.work_process import LIMITS_S, NICEST, REPLAY
 from tests.console.history.past import RECORDING
 
@@ -26,7 +25,7 @@ def put(folder: Path, *names: str) -> list[RecordingFile]:
     found = []
     for name in names:
         (folder / name).write_bytes(b"no recording")
-        file = recording_file.find(folder, name)
+        file = job_queue.find(folder, name)
         assert file is not None
         found.append(file)
     return found

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.console.history import recording_file, report_page
-from opensuction.recording.cycle_file import extent
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
+from opensuction.console.history import job_queue
+from opensuction.console.route import history
+from opensuction.recording.cycle_file import frame
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows
+from opensuction.recording.cycle_file.row_schema import TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.records import recording_check
 from opensuction.records.entry import BoundFile, CycleEnd, Outcome
@@ -140,12 +140,12 @@ def test_only_finished_recordings_of_this_folder_are_given(
 def test_parts_that_recorders_left_belong_together(tmp_path: Path) -> None:
     for name in ("a.mcap", "a-2.mcap", "a-3.mcap", "a-5.mcap", "b.mcap"):
         (tmp_path / name).write_bytes(b"x" * 10)
-    found = recording_file.find(tmp_path, "a.mcap")
+    found = job_queue.find(tmp_path, "a.mcap")
     assert found is not None
     assert [part.name for part in found.parts] == ["a.mcap", "a-2.mcap", "a-3.mcap"]
     assert found.size == 30
     for other in (None, "", ".mcap", "A" * 200 + ".mcap", "a.mcap\n", "a.txt", "a\0.mcap"):
-        assert recording_file.find(tmp_path, other) is None
+        assert job_queue.find(tmp_path, other) is None
 
 
 def test_a_report_may_run_its_own_scripts_and_nothing_else(
@@ -157,7 +157,7 @@ def test_a_report_may_run_its_own_scripts_and_nothing_else(
     assert answer.status_code == 200
     assert answer.headers["content-type"].startswith("text/html")
     policy = answer.headers["content-security-policy"]
-    assert policy == report_page.policy()
+    assert policy == history.policy()
     assert "sandbox allow-scripts" in policy
     assert "default-src 'none'" in policy
     scripts = re.findall(r"script-src ([^;]*)", policy)[0]
@@ -291,7 +291,7 @@ def remember_bound(console: Served, recording: Path) -> tuple[Past, str]:
     aborted = records.begin_cycle(start(OTHER), at=NOON)
     records.end_cycle(aborted, CycleEnd(Outcome.ABORTED), at=NOON)
     for name in (RECORDING, OTHER):
-        (found,) = extent.measure(folder / name)
+        (found,) = frame.measure(folder / name)
         file_of = BoundFile(name, name, 1, str(folder), *found, is_closed=True)
         records.bind_recording(ABOUT.machine, file_of)
     return past, aborted

@@ -10,9 +10,9 @@ import pytest
 
 from opensuction.console.live.hub import Hub
 from opensuction.ipc.heartbeat import Heartbeat, Process
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import CheckItem
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.transition import Event
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import RING

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.sign_in import SignedIn
-from opensuction.console.site import session_cookie
+from opensuction.console.access import session_cookie
 from opensuction.records.records import Records
 from opensuction.runtime import launch
 from opensuction.session.running import console_settings

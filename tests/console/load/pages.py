@@ -15,7 +15,7 @@ from typing import NamedTuple
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from opensuction.console.signals.frame import decode
+from opensuction.console.signals.channel import decode
 
 
 class Came(NamedTuple):

@@ -3,10 +3,10 @@
 import pytest
 
 from opensuction.console.live import machine_description
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.interface import Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime.paths import CONFIGURATION
-from opensuction.safety import tip_bound
+from opensuction.safety import limits as safety_limits
 from tests.console.served import Served
 
 MACHINE = "/api/v1/machine"
@@ -20,7 +20,7 @@ def test_all_that_the_page_draws_is_told(console: Served) -> None:
     anatomy = told["anatomy"]
     assert anatomy["park_mm"] < anatomy["boundary_mm"] < anatomy["tube_end_mm"] == 0.0
     assert 0.0 < anatomy["target_mm"] < anatomy["cap_mm"]
-    most_mm = tip_bound.head_cap_mm(settings.limits.tip, settings.limits.cap_mm)
+    most_mm = safety_limits.head_cap_mm(settings.limits.tip, settings.limits.cap_mm)
     assert anatomy["head_most_mm"] == pytest.approx(most_mm, abs=1e-4)
     park_head_mm = settings.plan.motion.park_head_mm
     assert anatomy["park_head_mm"] == pytest.approx(park_head_mm, abs=1e-4)
@@ -73,7 +73,7 @@ def test_a_machine_that_is_not_set_up_is_no_failure(console: Served, text: str) 
 
 
 def test_the_last_cycle_is_told_once_it_is_on_record(console: Served) -> None:
-    from opensuction.console.live.last_cycle import LastCycle
+    from opensuction.console.live.hub import LastCycle
     from opensuction.records.entry import CycleEnd, Outcome
     from tests.records.example import start
 

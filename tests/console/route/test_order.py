@@ -11,7 +11,7 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 
 from opensuction.console.access import leave_turn, wait_turn
-from opensuction.console.app import ROUTES
+from opensuction.console.app import ROUTERS
 from opensuction.console.guard.limits import UNHURRIED, Limits
 from opensuction.console.guard.origin import SAFE
 from opensuction.console.live.button_press import Asking, ButtonPress
@@ -258,7 +258,7 @@ def test_no_button_waits_for_what_only_reads(
 def test_whoever_changes_something_does_so_in_turn() -> None:
     """A route that nobody thought of would let a button overtake, or make it wait."""
     in_turn, out_of_turn = set(), set()
-    for route in (one for module in ROUTES for one in module.router.routes):
+    for route in (one for router in ROUTERS for one in router.routes):
         if not isinstance(route, APIRoute):
             continue
         asked = calls(route.dependant)

@@ -13,8 +13,8 @@ from opensuction.accounts.rule.right import RIGHTS, Role
 from opensuction.console.guard.limits import UNHURRIED, USUAL
 from opensuction.console.route.request import Ask
 from opensuction.console.setup import teach
-from opensuction.kernel.requests import STOP, Requests
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.interface import STOP, Requests
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.runtime.machine_button import (
     BUTTONS,
     PRESSABLE,

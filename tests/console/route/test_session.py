@@ -8,8 +8,8 @@ from starlette.testclient import TestClient
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.rule import right
+from opensuction.console.access import device_cookie, session_cookie
 from opensuction.console.app import create_app
-from opensuction.console.site import device_cookie, session_cookie
 from opensuction.records.database import utc_time
 from tests.accounts.example import CHEAP, PASSWORDS, Clock
 from tests.console.served import Served

@@ -12,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 from opensuction.accounts.accounts import Accounts
 from opensuction.console.app import create_app
 from opensuction.console.route import signals
-from opensuction.console.signals.frame import decode
+from opensuction.console.signals.channel import decode
 from opensuction.records.database import utc_time
 from opensuction.runtime.loop import ROW_COLUMNS
 from tests.accounts.example import CHEAP, PASSWORDS, Clock

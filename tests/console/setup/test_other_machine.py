@@ -7,9 +7,9 @@ from uuid import uuid4
 
 import pytest
 
-from opensuction.kernel.disclaimer import NOT_A_DEVICE
+from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.machine.port import DESCRIPTION, EVERYTHING, NOTHING, Capabilities, describe
-from opensuction.runtime import machine_identity
+from opensuction.runtime import paths
 from tests.console import written_machine
 from tests.console.served import Served, served
 from tests.machine.bare_machine import MACHINE_FACTS
@@ -19,9 +19,9 @@ def begin(folder: Path, monkeypatch: pytest.MonkeyPatch, has: Capabilities) -> I
     told = describe(MACHINE_FACTS._replace(capabilities=has))
     monkeypatch.setitem(written_machine.TOLD, DESCRIPTION, told)
     with served(folder) as made:
-        about = machine_identity.read(made.site.folder)
+        about = paths.read(made.site.folder)
         machine = about.machine._replace(is_twin=False)
-        machine_identity.write(made.site.folder, about._replace(machine=machine))
+        paths.write(made.site.folder, about._replace(machine=machine))
         yield made
 
 

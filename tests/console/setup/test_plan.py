@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
 from opensuction.console.guard.limits import UNHURRIED
-from opensuction.console.setup import draft, field
+from opensuction.console.setup import draft
 from opensuction.controller import setup
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.protocol import Protocol
@@ -21,7 +21,7 @@ from tests.console.served import served
 from tests.session.running.test_basis import at_bed
 
 ADULT = at_bed()
-NAMES = [one.name for one in field.fields()]
+NAMES = [one.name for one in draft.fields()]
 PRESENT = {name: getattr(ADULT.protocol, name) for name in NAMES}
 ANYTHING = st.one_of(
     st.none(),
@@ -33,7 +33,7 @@ ANYTHING = st.one_of(
     st.sampled_from([10**400, -(10**400), 5e-324, 1e308]),
 )
 IN_RANGE = st.fixed_dictionaries(
-    {one.name: st.floats(one.least, one.most, exclude_min=one.is_above) for one in field.fields()}
+    {one.name: st.floats(one.least, one.most, exclude_min=one.is_above) for one in draft.fields()}
 )
 NEARBY = st.fixed_dictionaries(
     {

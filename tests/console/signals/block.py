@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from opensuction.console.signals.frame import Block
+from opensuction.console.signals.channel import Block
 from opensuction.kernel.record import Array
 from opensuction.runtime.loop import ROW_COLUMNS
 

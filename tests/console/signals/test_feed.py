@@ -8,10 +8,14 @@ from typing import Any
 import pytest
 
 from opensuction.console.signals import feed as feeds
-from opensuction.console.signals.channel import CHANNELS
-from opensuction.console.signals.feed import SUBSCRIBERS_MOST, Feed, FullError
-from opensuction.console.signals.frame import Frame, decode
-from opensuction.console.signals.subscriber import WAITING_MOST, Subscriber
+from opensuction.console.signals.channel import CHANNELS, Frame, decode
+from opensuction.console.signals.feed import (
+    SUBSCRIBERS_MOST,
+    WAITING_MOST,
+    Feed,
+    FullError,
+    Subscriber,
+)
 from tests.console.play import play
 from tests.console.written_machine import WrittenMachine
 
@@ -79,7 +83,7 @@ def test_who_takes_nothing_loses_rows_and_nobody_else_does(tmp_path: Path) -> No
 
 
 def test_who_is_stalled_is_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("opensuction.console.signals.subscriber.STALLED_S", 0.0)
+    monkeypatch.setattr("opensuction.console.signals.feed.STALLED_S", 0.0)
 
     async def look() -> None:
         with WrittenMachine(tmp_path, ""):

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from opensuction.console.signals.channel import CHANNELS
-from opensuction.console.signals.frame import Picker, decode, with_missed
+from opensuction.console.signals.channel import CHANNELS, Picker, decode, with_missed
 from tests.console.signals.block import PERIOD_S, block_of, find, rows_of
 
 HEAD, VACUUM = "inputs.readings.head_mm", "inputs.readings.line_vacuum_mmhg"

@@ -3,9 +3,8 @@
 import asyncio
 import json
 
-from opensuction.console.signals.channel import CHANNELS
-from opensuction.console.signals.frame import Picker, decode
-from opensuction.console.signals.subscriber import STALLED_S, WAITING_MOST, Subscriber, say
+from opensuction.console.signals.channel import CHANNELS, Picker, decode
+from opensuction.console.signals.feed import STALLED_S, WAITING_MOST, Subscriber, say
 from tests.console.play import play
 from tests.console.signals.block import block_of, rows_of
 

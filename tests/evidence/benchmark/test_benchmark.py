@@ -13,23 +13,24 @@ from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller import machine_profile
 from opensuction.evidence.benchmark import benchmark, benchmark_page, plant_run
 from opensuction.evidence.benchmark.benchmark import PairFigures
+from opensuction.evidence.benchmark.benchmark_plant import DISTURBANCE_NAMES as COLUMNS
 from opensuction.evidence.benchmark.benchmark_plant import (
+    DISTURBANCES,
     MODELS,
     NAMES,
+    NOTHING,
     PLANT_OF_NAME,
     Model,
     of_record,
     wide_recording,
 )
-from opensuction.evidence.benchmark.disturbance import DISTURBANCES, NOTHING
-from opensuction.evidence.benchmark.disturbance import NAMES as COLUMNS
 from opensuction.hysteresis.play import Play
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.result.plain import to_json
-from opensuction.simulation import ideal_loop, trace
 from opensuction.simulation import rig as rigs
+from opensuction.simulation import trace
 
 SCHEME = "direct-inverse"
 """The paper's."""
@@ -135,7 +136,7 @@ def test_the_ideal_loop_asks_for_what_the_procedure_asks_for() -> None:
     _, columns = trace.record(loop, state, START, 60.0)
     # The controller waits for its servo to settle before it inserts; the ideal one has none.
     inserting = np.flatnonzero(columns["phase"] == Phase.INSERTING)[0]
-    course = ideal_loop.course(loop.controller.plan)
+    course = plant_run.cycle_course(loop.controller.plan)
     demand = course.demand[course.insertion_tick :]
     there = slice(inserting, inserting + demand.shape[0])
     # Each phase of the controller may begin some ticks later: it waits for an event.

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence.campaign import fault_placement, healthy_cycle
-from opensuction.evidence.campaign.fault_placement import EDGE_S
-from opensuction.evidence.campaign.healthy_cycle import HealthyCycle, Shows
-from opensuction.kernel.phase import Phase
+from opensuction.evidence.campaign import sound_machine
+from opensuction.evidence.campaign.sound_machine import EDGE_S, HealthyCycle, Shows
+from opensuction.kernel.vocabulary import Phase
 from opensuction.simulation.closed_loop import DT_S
 
 TICKS = 20_000
@@ -42,7 +41,7 @@ CYCLE = HealthyCycle(
 def test_an_instant_lies_in_its_span_and_names_its_phase(
     span: str, share: float, phase: Phase, after_s: float
 ) -> None:
-    found = fault_placement.find_instant(CYCLE, span, share)
+    found = sound_machine.find_instant(CYCLE, span, share)
     assert found.phase == phase
     assert found.after_s == pytest.approx(after_s, abs=1e-9)
 
@@ -62,10 +61,10 @@ def test_an_instant_lies_in_its_span_and_names_its_phase(
 def test_the_clock_of_a_fault_that_shows_in_motion_stands_still_with_the_head(
     at_s: float, needed_s: float, wait_s: float
 ) -> None:
-    found = healthy_cycle.find_wait_s(CYCLE, Shows.MOVING, at_s, needed_s)
+    found = sound_machine.find_wait_s(CYCLE, Shows.MOVING, at_s, needed_s)
     assert found == pytest.approx(wait_s, abs=2 * DT_S)
-    assert healthy_cycle.find_wait_s(CYCLE, Shows.ALWAYS, at_s, needed_s) == 0.0
+    assert sound_machine.find_wait_s(CYCLE, Shows.ALWAYS, at_s, needed_s) == 0.0
 
 
 def test_a_fault_of_the_open_valve_waits_for_the_valve() -> None:
-    assert healthy_cycle.find_wait_s(CYCLE, Shows.OPEN, 6.0, 1.0) == pytest.approx(1.0, abs=0.002)
+    assert sound_machine.find_wait_s(CYCLE, Shows.OPEN, 6.0, 1.0) == pytest.approx(1.0, abs=0.002)

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence.campaign import played_cycle, post_cycle_observation, sound_machine
+from opensuction.evidence.campaign import played_cycle, sound_machine
 from opensuction.evidence.campaign.played_cycle import JUDGED
 from opensuction.evidence.campaign.sound_machine import Kind, SoundMachine
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
-from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.simulation.injection.faulty_run import RowBuffer
 from opensuction.twin.fault.fault import Fault
 
 SEED = 4
@@ -48,7 +48,7 @@ def test_a_run_from_a_mark_is_the_run_from_the_start(
 ) -> None:
     played = played_cycle.play_faulty(machine, (one,), SEED, room, whole=True).run
     loop, start = machine.prepared.loop, machine.prepared.start
-    watched_s = post_cycle_observation.WATCHED_S
+    watched_s = played_cycle.WATCHED_S
     wanted = injection.run(
         loop, start, (one,), watched_s, seed=SEED, room=played_cycle.make_room(JUDGED)
     )

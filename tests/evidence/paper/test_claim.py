@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from opensuction.evidence.paper import paper_numbers, reproduction
+from opensuction.evidence.paper import reproduction
 from opensuction.evidence.paper.claim import (
     AGREES,
     ARITHMETIC,
@@ -88,5 +88,5 @@ def test_the_result_of_a_reproduction_has_every_claim_number_and_row() -> None:
     assert data["verdicts"] == {AGREES: 1, NO_EVIDENCE: 0, DIFFERS: 1}
     assert data["table1"] == [row._asdict()]
     assert data["table2"] == [stop._asdict()]
-    assert data["numbers"] == [number._asdict() for number in paper_numbers.NUMBERS]
+    assert data["numbers"] == [number._asdict() for number in reproduction.NUMBERS]
     assert data["wall_s"] == 2.5

@@ -12,8 +12,8 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.evidence.paper import paper_contact
 from opensuction.evidence.paper.paper_contact import CLOSING_N, SEEDS, STOPPED_MM, stopped_mm
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace

@@ -15,8 +15,8 @@ from opensuction.controller import machine_profile
 from opensuction.controller.calibration import Calibration, assume_nominal
 from opensuction.evidence.paper.paper_tracking import AFTER_MM, BEFORE_MM, SEEDS
 from opensuction.hysteresis import modified_dahl
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.session.cycle import cycle_run
 from opensuction.simulation import rig as rigs

@@ -5,8 +5,14 @@ from functools import cache
 import pytest
 
 from opensuction.evidence.paper import paper_plant
-from opensuction.evidence.paper.paper_candidate import CANDIDATES, SHOWN, PlantCandidate
-from opensuction.evidence.paper.paper_plant import BOUC_WEN_RMSE_MM, RMSE_MM, Found
+from opensuction.evidence.paper.paper_plant import (
+    BOUC_WEN_RMSE_MM,
+    CANDIDATES,
+    RMSE_MM,
+    SHOWN,
+    Found,
+    PlantCandidate,
+)
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 

@@ -8,8 +8,8 @@ import pytest
 
 from opensuction.evidence.safety_case import hazard
 from opensuction.evidence.safety_case.harm_search import EDGE_MS, STEP_MS, Play, beds_of, search
+from opensuction.evidence.safety_case.hazard_case import Bed, Place, SearchedRun
 from opensuction.evidence.safety_case.hazard_claim import Hazard
-from opensuction.evidence.safety_case.searched_run import Bed, Place, SearchedRun
 from opensuction.oracle.harm import ADVANCE, Harm
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault

@@ -11,7 +11,7 @@ from opensuction.evidence.safety_case.hazard_case import KINDS, STRATA
 from opensuction.evidence.safety_case.hazard_claim import PHASES, UNHEARD, Hazard, Response
 from opensuction.kernel.errors import InputError
 from opensuction.safety.condition import Condition
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from tests.evidence.safety_case.hazard_example import FAULT, ROW, WEAK
 
 SOUND = ROW + FAULT + WEAK

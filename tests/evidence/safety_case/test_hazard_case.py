@@ -7,7 +7,7 @@ from opensuction.evidence.campaign.sound_machine import Kind
 from opensuction.evidence.safety_case import hazard, hazard_case
 from opensuction.evidence.safety_case.hazard_case import COMPENSATION
 from opensuction.evidence.safety_case.hazard_claim import Response
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault

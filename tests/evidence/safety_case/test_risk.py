@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.hazard_claim import Hazard
-from opensuction.evidence.safety_case.risk import (
+from opensuction.evidence.safety_case.hazard_claim import (
     MATRIX,
     PROBABILITY_WORDS,
     SEVERITY_WORDS,
     Acceptability,
     HarmProbability,
     HarmSeverity,
+    Hazard,
     rank,
 )
 from opensuction.kernel.errors import InputError

@@ -7,17 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.evidence.safety_case import (
-    hazard,
-    hazard_case,
-    hazard_detail,
-    hazard_result,
-    safety_case,
-)
+from opensuction.evidence.safety_case import hazard, hazard_case, hazard_result, safety_case
 from opensuction.evidence.safety_case.hazard_claim import Hazard
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import Harm
 from opensuction.report import sheet
@@ -146,7 +140,7 @@ def test_a_cycle_that_was_refused_leaves_no_number_that_json_does_not_have(one: 
     assert problem.after_s is None
     assert problem.problem == "the cycle cannot be planned: the tube is too narrow"
     assert set(found.hazards[0].exposure) == {None}
-    page = safety_case_page.page(found, [hazard_detail.detail(verdict, found.hazards[0])])
+    page = safety_case_page.page(found, [safety_case.detail(verdict, found.hazards[0])])
     assert page.sections[-1].plots == ()
 
 
@@ -214,7 +208,7 @@ def test_the_page_tells_the_worst_searched_run(one: Hazard, run: HarmSearchRun, 
     verdict = HazardVerdict(one, (result(one, 1, 1000, 4000),))
     found = safety_case.summarise(SafetyCase((1,), (verdict,)), 1.0)
     searched = found.hazards[0]._replace(searched=HarmSearchResult(40, 0, run, ()))
-    page = safety_case_page.page(found, [hazard_detail.detail(verdict, searched)])
+    page = safety_case_page.page(found, [safety_case.detail(verdict, searched)])
     assert page.sections[-1].text[-1] == f"Worst of 40 searched runs: {words}"
 
 
@@ -241,7 +235,7 @@ def test_the_page_shows_what_is_broken_and_marks_the_worst_run(one: Hazard) -> N
     late = result(one, 7, 1900, 12000, "safe after 12000 ms, bound 10000")
     verdict = HazardVerdict(one, (late,))
     found = safety_case.summarise(SafetyCase((1, 7), (verdict,)), 1.0)
-    page = safety_case_page.page(found, [hazard_detail.detail(verdict, found.hazards[0])])
+    page = safety_case_page.page(found, [safety_case.detail(verdict, found.hazards[0])])
     assert not page.good
     section = page.sections[-1]
     assert section.anchor == "OS-H01"

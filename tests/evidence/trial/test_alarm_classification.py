@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence.trial import alarm_classification
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.phase import Phase
-from opensuction.safety import patient_limit
+from opensuction.evidence.trial import judged_cycle
+from opensuction.kernel.vocabulary import AgeGroup, Phase
+from opensuction.safety import limits
 from opensuction.safety.condition import Condition
 from opensuction.simulation.trace import Columns
 
-LIMITS = patient_limit.limits_of(AgeGroup.ADULT, 8.0, monitored=True)
+LIMITS = limits.limits_of(AgeGroup.ADULT, 8.0, monitored=True)
 TICKS = 3000
 SOUND = {
     "truth.spo2_percent": 97.0,
@@ -23,7 +22,7 @@ def track(
     *said: Condition, trips: tuple[Condition, ...] = (), truth: dict[str, float] | None = None
 ) -> Columns:
     """A cycle in which conditions are shown, or trip, from its middle on."""
-    columns: Columns = {name: np.zeros(TICKS) for name in alarm_classification.COLUMNS}
+    columns: Columns = {name: np.zeros(TICKS) for name in judged_cycle.COLUMNS}
     columns["time_s"][:] = 0.001 * np.arange(TICKS)
     columns["phase"][:] = Phase.SUCTIONING
     for name, value in SOUND.items():
@@ -36,7 +35,7 @@ def track(
 
 
 def test_nothing_said_is_nothing_false() -> None:
-    assert alarm_classification.listen(track(), LIMITS) == ((), ())
+    assert judged_cycle.listen(track(), LIMITS) == ((), ())
 
 
 @pytest.mark.parametrize(
@@ -58,35 +57,31 @@ def test_nothing_said_is_nothing_false() -> None:
 def test_what_the_patient_really_has_is_told_rightly(
     condition: Condition, truth: dict[str, float]
 ) -> None:
-    assert alarm_classification.listen(track(condition, truth=truth), LIMITS) == (
+    assert judged_cycle.listen(track(condition, truth=truth), LIMITS) == (
         (),
         (condition.name,),
     )
-    assert alarm_classification.listen(track(condition), LIMITS) == ((condition.name,), ())
+    assert judged_cycle.listen(track(condition), LIMITS) == ((condition.name,), ())
 
 
 def test_what_comes_to_pass_afterwards_was_false_when_it_was_said() -> None:
     columns = track(Condition.SPO2_LOW)
     columns["truth.spo2_percent"][TICKS // 2 + 1 :] = 60.0
-    assert alarm_classification.listen(columns, LIMITS).false == ("SPO2_LOW",)
+    assert judged_cycle.listen(columns, LIMITS).false == ("SPO2_LOW",)
 
 
 def test_a_machine_that_complains_without_a_fault_is_false() -> None:
-    found = alarm_classification.listen(track(trips=(Condition.CATHETER_JAMMED,)), LIMITS)
+    found = judged_cycle.listen(track(trips=(Condition.CATHETER_JAMMED,)), LIMITS)
     assert found == (("CATHETER_JAMMED",), ())
 
 
 def test_that_automation_stopped_is_as_true_as_what_stopped_it() -> None:
     said = (Condition.SPO2_LOW, Condition.AUTOMATION_STOPPED)
-    assert (
-        alarm_classification.listen(track(*said, truth={"spo2_percent": 60.0}), LIMITS).false == ()
-    )
-    assert set(alarm_classification.listen(track(*said), LIMITS).false) == {
-        one.name for one in said
-    }
+    assert judged_cycle.listen(track(*said, truth={"spo2_percent": 60.0}), LIMITS).false == ()
+    assert set(judged_cycle.listen(track(*said), LIMITS).false) == {one.name for one in said}
 
 
 def test_a_cycle_that_is_broken_off_without_a_word_is_false() -> None:
     columns = track()
     columns["phase"][2000:] = Phase.ABORTING
-    assert alarm_classification.listen(columns, LIMITS).false == (alarm_classification.BROKEN_OFF,)
+    assert judged_cycle.listen(columns, LIMITS).false == (judged_cycle.BROKEN_OFF,)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence.trial import cohort, draw
+from opensuction.evidence.trial import draw
 from opensuction.evidence.trial.draw import FAULTS
 from opensuction.kernel.errors import InputError
 from opensuction.result.trial_result import Trial
@@ -17,13 +17,13 @@ SINGLE, DOUBLE, NONE = Trial(faults="single"), Trial(faults="double"), Trial(fau
 
 def test_a_cohort_has_its_patients_by_every_approach() -> None:
     every = {(patient, approach) for patient in PATIENT_TABLES for approach in APPROACHES}
-    assert set(cohort.list_kinds("presets")) == every
-    assert {kind.patient for kind in cohort.list_kinds("neonate")} == {"neonate"}
+    assert set(draw.list_kinds("presets")) == every
+    assert {kind.patient for kind in draw.list_kinds("neonate")} == {"neonate"}
 
 
 def test_an_unknown_cohort_is_refused_with_those_that_are_known() -> None:
     with pytest.raises(InputError, match=r"--cohort 'adults'.*adult-icu.*presets") as refused:
-        cohort.list_kinds("adults")
+        draw.list_kinds("adults")
     assert "\n" not in str(refused.value)
 
 
@@ -40,7 +40,7 @@ def test_every_number_has_one_machine_whose_kind_is_its_own(trial: Trial, cycles
 
 def test_the_first_eight_cycles_are_of_every_kind() -> None:
     found = {draw.kind_of(SINGLE, draw.find_machine(SINGLE, number)) for number in range(1, 9)}
-    assert found == set(cohort.list_kinds("presets"))
+    assert found == set(draw.list_kinds("presets"))
 
 
 def test_no_two_machines_share_a_seed_nor_do_trials() -> None:

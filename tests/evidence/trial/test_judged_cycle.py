@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
-from opensuction.evidence.campaign import (
-    fault_placement,
-    played_cycle,
-    post_cycle_observation,
-    sound_machine,
-)
+from opensuction.evidence.campaign import played_cycle, sound_machine
 from opensuction.evidence.campaign.played_cycle import Played
 from opensuction.evidence.campaign.sound_machine import SoundMachine
-from opensuction.evidence.trial import draw, judged_cycle, part
+from opensuction.evidence.trial import draw, judged_cycle, trial
 from opensuction.evidence.trial.draw import DrawnFault
 from opensuction.evidence.trial.judged_cycle import JUDGED, Case
 from opensuction.kernel.errors import InputError
@@ -19,8 +14,7 @@ from opensuction.oracle import exposure
 from opensuction.result.trial_result import Trial
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
-from opensuction.simulation.injection.faulty_run import FaultyRun
-from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.simulation.injection.faulty_run import FaultyRun, RowBuffer
 from opensuction.simulation.injection.run_judgement import NOT_FOLLOWED
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
@@ -39,7 +33,7 @@ def room() -> RowBuffer:
 def machines(room: RowBuffer) -> list[SoundMachine]:
     """A machine for each patient and approach."""
     return [
-        part.find_machine(TRIAL, number, lambda one: sound_machine.play(one, room))[0]
+        trial.find_machine(TRIAL, number, lambda one: sound_machine.play(one, room))[0]
         for number in range(KINDS)
     ]
 
@@ -60,9 +54,9 @@ def play_whole(machine: SoundMachine, faults: tuple[DrawnFault, ...]) -> Played:
     prepared = machine.prepared
     room = played_cycle.make_room(JUDGED)
     going = FaultyRun(prepared.loop, prepared.start, injections, room, SEED)
-    injection.follow(going, post_cycle_observation.WATCHED_S, 0)
+    injection.follow(going, played_cycle.WATCHED_S, 0)
     run = injection.take(going, injections)
-    return Played(prepared, run, post_cycle_observation.WATCHED_S, NOT_FOLLOWED)
+    return Played(prepared, run, played_cycle.WATCHED_S, NOT_FOLLOWED)
 
 
 @pytest.mark.parametrize("number", [0, 7])
@@ -120,7 +114,7 @@ def test_a_fault_comes_in_the_time_inside_or_a_second_before(machines: list[Soun
             tick = round(one.at.after_s / DT_S)
             assert ticks[0] - 1000 <= tick <= ticks[-1]
             assert inside[tick] or share == 0.0
-            at = fault_placement.find_instant(machine.healthy, "airway", share)
+            at = sound_machine.find_instant(machine.healthy, "airway", share)
             assert phase[tick] == at.phase
 
 
@@ -152,13 +146,13 @@ def test_a_catheter_that_stays_is_told_and_inside_for_the_whole_watch(
     _, case = play(machines[2], room, *faults)
     whole = play_whole(machines[2], faults)
     full = judged_cycle.judge(1, whole)
-    assert case.watched_s < post_cycle_observation.WATCHED_S
+    assert case.watched_s < played_cycle.WATCHED_S
     assert case.left_inside is not None
     assert case.left_inside.unavoidable
     assert case.left_inside == full.left_inside
     assert case.told
     assert case.breaches == full.breaches == ()
-    assert case.endpoints.in_airway_s > post_cycle_observation.WATCHED_S
+    assert case.endpoints.in_airway_s > played_cycle.WATCHED_S
     assert case.endpoints.in_airway_s == pytest.approx(full.endpoints.in_airway_s, abs=0.01)
 
 
@@ -174,7 +168,7 @@ def test_what_comes_and_goes_slowly_is_watched_to_the_end(
     fault: Fault, strength: float, whole: bool, machines: list[SoundMachine], room: RowBuffer
 ) -> None:
     _, case = play(machines[6], room, DrawnFault(fault, strength, 0.5))
-    assert (case.watched_s == post_cycle_observation.WATCHED_S) == whole
+    assert (case.watched_s == played_cycle.WATCHED_S) == whole
 
 
 def test_a_sound_cycle_is_quiet_and_gives_its_endpoints(
@@ -185,7 +179,7 @@ def test_a_sound_cycle_is_quiet_and_gives_its_endpoints(
         assert case.completed
         assert not case.is_broken
         assert (case.faults, case.counted, case.left_inside) == ((), 0, None)
-        assert case.watched_s < post_cycle_observation.WATCHED_S
+        assert case.watched_s < played_cycle.WATCHED_S
         found = case.endpoints
         assert found.removed_ml > 0.0
         assert found.removed_percent is not None
@@ -214,7 +208,7 @@ def test_a_drawn_machine_that_cannot_do_its_protocol_makes_room_for_another() ->
         return prepared
 
     asked: list[object] = []
-    found, refused = part.find_machine(TRIAL, 5, refuse_first)
+    found, refused = trial.find_machine(TRIAL, 5, refuse_first)
     assert found is asked[2]
     assert len(refused) == 2
     seed = draw.machine_seed(TRIAL, 5, 0)

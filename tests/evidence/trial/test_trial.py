@@ -10,17 +10,10 @@ from typing import Any
 import pytest
 
 from opensuction.evidence import worker_pool
-from opensuction.evidence.campaign import post_cycle_observation
-from opensuction.evidence.trial import (
-    judged_cycle,
-    part,
-    trial,
-    trial_log,
-    trial_page,
-    trial_summary,
-)
+from opensuction.evidence.campaign import played_cycle
+from opensuction.evidence.trial import judged_cycle, trial, trial_page, trial_summary
 from opensuction.evidence.trial.judged_cycle import Case
-from opensuction.evidence.trial.part import Part, PlayedPart
+from opensuction.evidence.trial.trial import Part, PlayedPart
 from opensuction.evidence.trial.trial_summary import Effort
 from opensuction.kernel.errors import InputError
 from opensuction.result.plain import to_json
@@ -33,7 +26,7 @@ SOAK = Trial(seed=2000)
 
 def play(chosen: Trial, first: int, last: int) -> list[Case]:
     """The cycles of these numbers, machine after machine."""
-    found = [part.play(one) for one in part.list_parts(chosen, last)]
+    found = [trial.play(one) for one in trial.list_parts(chosen, last)]
     cases = [case for one in found for case in one.cases]
     return sorted(case for case in cases if case.number >= first)
 
@@ -80,12 +73,12 @@ def test_a_cycle_can_be_played_again_alone() -> None:
     """By its number, with all that it came to."""
     chosen = Trial(faults="double", seed=900, cohort="neonate")
     (case,) = play(chosen, 5, 5)
-    played = part.play_again(chosen, 5)
+    played = trial.play_again(chosen, 5)
     again = judged_cycle.judge(5, played)
     for name in ("number", "faults", "completed", "commands", "breaches", "left_inside"):
         assert getattr(again, name) == getattr(case, name)
     assert again.endpoints == pytest.approx(case.endpoints, rel=1e-3)
-    assert again.watched_s == post_cycle_observation.WATCHED_S
+    assert again.watched_s == played_cycle.WATCHED_S
     assert played.run.columns["truth.laser_mm"].size == played.run.columns["phase"].size
 
 
@@ -99,11 +92,11 @@ class Folder:
 
     def __init__(self, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self.path = path
-        self.heading = trial_log.make_heading(Trial(faults="none"), 4)
+        self.heading = trial.make_heading(Trial(faults="none"), 4)
         self.played: list[int] = []
-        monkeypatch.setattr(part, "warm_up", lambda _: None)
+        monkeypatch.setattr(trial, "warm_up", lambda _: None)
         monkeypatch.setattr(worker_pool, "spread", self._spread)
-        trial_log.begin(path, self.heading)
+        trial.begin(path, self.heading)
 
     def _spread(self, _: Any, tasks: list[Part], __: int, tell: Any, ___: Any) -> None:
         for number, task in enumerate(tasks):
@@ -111,7 +104,7 @@ class Folder:
             tell(number, PlayedPart(task.machine, (), ()))
 
     def run(self) -> list[PlayedPart]:
-        kept = trial_log.go_on(self.path, self.heading)
+        kept = trial.go_on(self.path, self.heading)
         return trial.run(self.path, self.heading, kept, workers=1)
 
 
@@ -120,7 +113,7 @@ def test_what_was_played_is_not_played_again(
 ) -> None:
     folder = Folder(tmp_path, monkeypatch)
     for machine in (0, 2):
-        trial_log.keep(tmp_path, PlayedPart(machine, (), ()))
+        trial.keep(tmp_path, PlayedPart(machine, (), ()))
     assert [one.machine for one in folder.run()] == [0, 1, 2, 3]
     assert folder.played == [1, 3]
     assert [one.machine for one in folder.run()] == [0, 1, 2, 3]
@@ -130,17 +123,17 @@ def test_what_was_played_is_not_played_again(
 def test_a_full_disk_loses_nothing_that_was_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder, keep = Folder(tmp_path, monkeypatch), trial_log.keep
+    folder, keep = Folder(tmp_path, monkeypatch), trial.keep
 
     def fill(path: Path, played: PlayedPart) -> None:
         if played.machine == 2:
             raise OSError(28, "No space left on device", str(path))
         keep(path, played)
 
-    monkeypatch.setattr(trial_log, "keep", fill)
+    monkeypatch.setattr(trial, "keep", fill)
     with pytest.raises(OSError, match="No space left"):
         folder.run()
-    monkeypatch.setattr(trial_log, "keep", keep)
+    monkeypatch.setattr(trial, "keep", keep)
     assert [one.machine for one in folder.run()] == [0, 1, 2, 3]
     assert folder.played == [0, 1, 2, 2, 3]
 
@@ -158,8 +151,8 @@ def find_workers() -> list[int]:
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="no /proc on this system")
 def test_a_process_that_is_killed_takes_nothing_along(tmp_path: Path) -> None:
     """The rest goes on, with the same cycles as ever."""
-    heading = trial_log.make_heading(Trial(faults="none", cohort="neonate"), 4)
-    trial_log.begin(tmp_path, heading)
+    heading = trial.make_heading(Trial(faults="none", cohort="neonate"), 4)
+    trial.begin(tmp_path, heading)
     killed: list[int] = []
     warned: list[str] = []
     is_over = threading.Event()
@@ -178,8 +171,8 @@ def test_a_process_that_is_killed_takes_nothing_along(tmp_path: Path) -> None:
     killer.join()
     assert len(killed) == 1
     assert warned == ["A process was killed by signal 9: another one does its task anew"]
-    assert found == [part.play(one) for one in part.list_parts(heading.trial, 4)]
-    assert trial.list_found(trial_log.read(tmp_path).parts) == found
+    assert found == [trial.play(one) for one in trial.list_parts(heading.trial, 4)]
+    assert trial.list_found(trial.read(tmp_path).parts) == found
 
 
 @pytest.mark.soak
@@ -188,13 +181,13 @@ def test_a_process_that_is_killed_takes_nothing_along(tmp_path: Path) -> None:
 )
 def test_a_long_trial_holds(faults: FaultCount, cycles: int) -> None:
     """One that was cut off goes on where it was; begun by other sources it begins anew."""
-    heading = trial_log.make_heading(SOAK._replace(faults=faults), cycles)
+    heading = trial.make_heading(SOAK._replace(faults=faults), cycles)
     folder = Path("runs") / "soak" / f"trial-{faults}"
     folder.mkdir(parents=True, exist_ok=True)
     try:
-        kept = trial_log.go_on(folder, heading)
+        kept = trial.go_on(folder, heading)
     except InputError:
-        trial_log.begin(folder, heading)
+        trial.begin(folder, heading)
         kept = {}
     parts = trial.run(folder, heading, kept, os.cpu_count() or 1)
     effort = Effort(os.cpu_count() or 1, 1.0, 0, "of this run")

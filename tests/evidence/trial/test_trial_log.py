@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.evidence.trial import trial_log
-from opensuction.evidence.trial.part import PlayedPart
+from opensuction.evidence.trial import trial
+from opensuction.evidence.trial.trial import PlayedPart
 from opensuction.kernel.errors import InputError
 from opensuction.result.trial_result import Trial
 from opensuction.twin.fault.fault import Fault
 from tests.evidence.trial.example import BREACH, HARM, STAYS, case
 
-HEADING = trial_log.make_heading(Trial(), 8)
+HEADING = trial.make_heading(Trial(), 8)
 BROKEN = case(2, Fault.GEAR_LOST, Fault.PUMP_LOST)._replace(
     commands=(BREACH._replace(worst=math.inf),),
     breaches=(HARM,),
@@ -29,30 +29,30 @@ PARTS = [
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A folder that keeps a trial with two parts."""
-    trial_log.begin(tmp_path, HEADING)
+    trial.begin(tmp_path, HEADING)
     for part in PARTS:
-        trial_log.keep(tmp_path, part)
+        trial.keep(tmp_path, part)
     return tmp_path
 
 
 def test_parts_come_back_as_they_were(folder: Path) -> None:
-    assert trial_log.read(folder).heading == HEADING
-    assert trial_log.go_on(folder, HEADING) == {0: PARTS[0], 1: PARTS[1]}
+    assert trial.read(folder).heading == HEADING
+    assert trial.go_on(folder, HEADING) == {0: PARTS[0], 1: PARTS[1]}
 
 
 def test_a_line_that_was_cut_off_is_as_if_it_were_not(folder: Path) -> None:
-    file = folder / trial_log.NAME
+    file = folder / trial.NAME
     whole = file.read_bytes()
     file.write_bytes(whole[:-20])
-    assert trial_log.go_on(folder, HEADING) == {0: PARTS[0]}
-    trial_log.keep(folder, PARTS[1])
+    assert trial.go_on(folder, HEADING) == {0: PARTS[0]}
+    trial.keep(folder, PARTS[1])
     assert file.read_bytes() == whole
 
 
 def test_what_is_told_by_nobody_comes_back_too(folder: Path) -> None:
     part = PlayedPart(2, (BROKEN._replace(left_inside=STAYS._replace(told_s=math.nan)),), ())
-    trial_log.keep(folder, part)
-    found = trial_log.read(folder).parts[2].cases[0].left_inside
+    trial.keep(folder, part)
+    found = trial.read(folder).parts[2].cases[0].left_inside
     assert found is not None
     assert math.isnan(found.told_s)
 
@@ -68,13 +68,13 @@ def test_what_is_told_by_nobody_comes_back_too(folder: Path) -> None:
     ],
 )
 def test_another_trial_is_refused_and_nothing_is_lost(
-    wanted: trial_log.Heading, words: str, folder: Path
+    wanted: trial.Heading, words: str, folder: Path
 ) -> None:
-    before = (folder / trial_log.NAME).read_bytes()
+    before = (folder / trial.NAME).read_bytes()
     with pytest.raises(InputError, match=words) as refused:
-        trial_log.go_on(folder, wanted)
+        trial.go_on(folder, wanted)
     assert "\n" not in str(refused.value)
-    assert (folder / trial_log.NAME).read_bytes() == before
+    assert (folder / trial.NAME).read_bytes() == before
 
 
 def test_a_change_of_what_judges_is_a_change_of_sources(
@@ -82,12 +82,12 @@ def test_a_change_of_what_judges_is_a_change_of_sources(
 ) -> None:
     source = tmp_path / "oracle" / "bound.py"
     source.parent.mkdir()
-    monkeypatch.setattr(trial_log, "PACKAGE", tmp_path)
+    monkeypatch.setattr(trial, "PACKAGE", tmp_path)
     source.write_text("FORCE_N = 0.3\n")
-    before = trial_log.hash_sources()
-    assert trial_log.hash_sources() == before
+    before = trial.hash_sources()
+    assert trial.hash_sources() == before
     source.write_text("FORCE_N = 0.4\n")
-    assert trial_log.hash_sources() != before
+    assert trial.hash_sources() != before
 
 
 @pytest.mark.parametrize(
@@ -103,15 +103,15 @@ def test_what_is_no_trial_is_refused_in_one_line(
     text: str | None, words: str, tmp_path: Path
 ) -> None:
     if text is not None:
-        (tmp_path / trial_log.NAME).write_text(text)
+        (tmp_path / trial.NAME).write_text(text)
     with pytest.raises(InputError, match=words) as refused:
-        trial_log.read(tmp_path)
+        trial.read(tmp_path)
     assert "\n" not in str(refused.value)
 
 
 def test_a_damaged_line_is_named(folder: Path) -> None:
-    file = folder / trial_log.NAME
+    file = folder / trial.NAME
     lines = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(lines[0] + lines[1][:-30] + b"\n" + lines[2])
     with pytest.raises(InputError, match="line 2"):
-        trial_log.read(folder)
+        trial.read(folder)

@@ -2,9 +2,10 @@
 
 import pytest
 
-from opensuction.evidence.trial import trial_log, trial_page, trial_summary
+from opensuction.evidence.trial import trial as trial_module
+from opensuction.evidence.trial import trial_page, trial_summary
 from opensuction.evidence.trial.judged_cycle import Case
-from opensuction.evidence.trial.part import PlayedPart
+from opensuction.evidence.trial.trial import PlayedPart
 from opensuction.evidence.trial.trial_summary import Effort
 from opensuction.result.trial_result import Trial, TrialResult
 from opensuction.twin.fault.fault import Fault
@@ -15,7 +16,7 @@ SINGLE = Trial()
 
 
 def summary(*cases: Case, trial: Trial = SINGLE, asked: int | None = None) -> TrialResult:
-    heading = trial_log.make_heading(trial, len(cases) if asked is None else asked)
+    heading = trial_module.make_heading(trial, len(cases) if asked is None else asked)
     part = PlayedPart(0, cases, ("neonate, travel, seed 7: it cannot",))
     return trial_summary.summarise(heading, [part], EFFORT)
 

@@ -3,9 +3,9 @@
 import json
 import math
 
-from opensuction.evidence.trial import trial_log, trial_summary
+from opensuction.evidence.trial import trial, trial_summary
 from opensuction.evidence.trial.judged_cycle import Case
-from opensuction.evidence.trial.part import PlayedPart
+from opensuction.evidence.trial.trial import PlayedPart
 from opensuction.evidence.trial.trial_summary import Effort
 from opensuction.result.plain import to_json
 from opensuction.result.trial_result import LateFaults, Trial, TrialResult
@@ -18,7 +18,7 @@ PAIR = (Fault.PUMP_LOST, Fault.LINE_LEAK)
 
 
 def summarise(*cases: Case) -> TrialResult:
-    heading = trial_log.make_heading(SINGLE, len(cases))
+    heading = trial.make_heading(SINGLE, len(cases))
     return trial_summary.summarise(heading, [PlayedPart(0, cases, ())], EFFORT)
 
 

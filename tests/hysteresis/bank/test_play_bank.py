@@ -6,7 +6,7 @@ import pytest
 from opensuction.hysteresis.bank import play_bank
 from opensuction.hysteresis.bank.play_bank import PlayBank
 from opensuction.hysteresis.bank.play_readout import PlayReadout, inverse_step, is_rising, output_mm
-from opensuction.hysteresis.model_state import ModelState
+from opensuction.hysteresis.play import ModelState
 
 RANDOM = np.random.default_rng(4)
 HEADS = np.cumsum(RANDOM.normal(size=(2, 300)), axis=1)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.control import model_preview
-from opensuction.control.exact_inverse import HeadState
-from opensuction.hysteresis.bank import play_lines, play_table, turning_point
+from opensuction.control import preview
+from opensuction.control.backlash_inverse import HeadState
+from opensuction.hysteresis.bank import play_lines, turning_point
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.bank.play_readout import PlayReadout
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
@@ -45,16 +45,16 @@ every_model = pytest.mark.parametrize("name", MODELS)
 
 
 @compiled
-def follow(table: play_table.Table, state: HeadState, heads_mm: NDArray[np.float64]) -> HeadState:
+def follow(table: play_lines.Table, state: HeadState, heads_mm: NDArray[np.float64]) -> HeadState:
     """The tip of each head, written in its place."""
     for k in range(heads_mm.size):
-        state = model_preview.advance(table, state, heads_mm[k], 0.0)
-        heads_mm[k] = model_preview.tip_mm(table, state)
+        state = preview.advance(table, state, heads_mm[k], 0.0)
+        heads_mm[k] = preview.tip_mm(table, state)
     return state
 
 
-def retracted(table: play_table.Table, head_mm: float) -> HeadState:
-    decay_mm = float(table[0, play_table.DECAY])
+def retracted(table: play_lines.Table, head_mm: float) -> HeadState:
+    decay_mm = float(table[0, play_lines.DECAY])
     return HeadState(head_mm, 0.0, decay_mm, turning_point.after_retract(head_mm))
 
 
@@ -66,7 +66,7 @@ def test_the_tip_is_that_of_the_catalogue_s_model(name: str) -> None:
     heads_mm = np.clip(50.0 + np.cumsum(RANDOM.normal(0.0, 15.0, 300)), 0.0, 100.0)
     heads_mm[0] = 0.0
     expected = entry.simulate(record, heads_mm, entry.memory(record, 0.0, -1.0))
-    table = play_table.tabulate(lines)
+    table = play_lines.tabulate(lines)
     follow(table, retracted(table, 0.0), heads_mm)
     np.testing.assert_allclose(heads_mm, expected, rtol=0.0, atol=1e-11)
 
@@ -77,11 +77,11 @@ def test_the_tip_is_that_of_the_catalogue_s_model(name: str) -> None:
 def test_the_inverse_brings_the_tip_to_its_target(
     name: str, heads: list[float], target_mm: float
 ) -> None:
-    table = play_table.tabulate(MODELS[name][2])
+    table = play_lines.tabulate(MODELS[name][2])
     state = follow(table, retracted(table, 0.0), np.array([0.0, *heads]))
-    positions = play_table.positions_mm(table, state.plays_mm, state.head_mm)
-    move_mm = play_table.inverse_step(table, positions, state.head_mm, state.lag_mm, target_mm)
-    before_mm = model_preview.tip_mm(table, state)
+    positions = play_lines.positions_mm(table, state.plays_mm, state.head_mm)
+    move_mm = play_lines.inverse_step(table, positions, state.head_mm, state.lag_mm, target_mm)
+    before_mm = preview.tip_mm(table, state)
     assert move_mm * (target_mm - before_mm) >= 0.0
     tips = np.array([state.head_mm + move_mm])
     follow(table, state, tips)
@@ -95,9 +95,9 @@ def test_the_inverse_brings_the_tip_to_its_target(
 def test_a_long_way_ends_with_the_tip_at_its_depth(
     name: str, tip_mm: float, direction: float
 ) -> None:
-    table = play_table.tabulate(MODELS[name][2])
-    there = model_preview.at_rest(table, tip_mm, direction)
-    assert model_preview.tip_mm(table, there) == pytest.approx(tip_mm, abs=1e-10)
+    table = play_lines.tabulate(MODELS[name][2])
+    there = preview.at_rest(table, tip_mm, direction)
+    assert preview.tip_mm(table, there) == pytest.approx(tip_mm, abs=1e-10)
     # The same by going there: 600 mm forget what was before, by e to the -20.
     far = retracted(table, there.head_mm)
     tips = np.array([there.head_mm - direction * 600.0, there.head_mm])
@@ -108,7 +108,7 @@ def test_a_long_way_ends_with_the_tip_at_its_depth(
 @every_model
 def test_a_table_holds_the_model(name: str) -> None:
     lines = MODELS[name][2]
-    back = play_table.to_lines(play_table.tabulate(lines))
+    back = play_lines.to_lines(play_lines.tabulate(lines))
     for mine, theirs in zip(lines, back, strict=True):
         np.testing.assert_array_equal(mine, theirs)
     assert play_lines.why_not_driven(back) is None
@@ -143,8 +143,8 @@ def test_beyond_the_recording_the_tip_goes_on_at_the_mean_slope(
     """The last cell tells of its own place: 13 mm beyond it went .9 mm wrong by that alone."""
     lines = MODELS[name][2]
     start_mm = 50.0 + direction * 90.0
-    table = play_table.tabulate(lines)
-    state = model_preview.at_rest(table, 0.0, direction)
+    table = play_lines.tabulate(lines)
+    state = preview.at_rest(table, 0.0, direction)
     tips_mm = np.array([0.0, start_mm, start_mm + direction * 10.0])
     tips_mm[0] = state.head_mm
     follow(table, state, tips_mm)

@@ -7,12 +7,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from opensuction.hysteresis import play
-from opensuction.hysteresis.bank import play_table, turning_point
+from opensuction.hysteresis.bank import play_lines, turning_point
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.bank.turning_point import ROOM
 
 WIDTHS_MM = np.array([0.0, 0.5, 3.0, 9.0, 20.0, 24.0])
-TABLE = play_table.tabulate(PlayLines(WIDTHS_MM, np.zeros(6), 10.0, np.ones((6, 2)), 1.0, 0.0, 0.0))
+TABLE = play_lines.tabulate(PlayLines(WIDTHS_MM, np.zeros(6), 10.0, np.ones((6, 2)), 1.0, 0.0, 0.0))
 
 
 def turn_over(heads_mm: list[float]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
@@ -20,7 +20,7 @@ def turn_over(heads_mm: list[float]) -> np.ndarray[tuple[int, ...], np.dtype[np.
     turns = turning_point.after_retract(heads_mm[0])
     for here, there in pairwise(heads_mm):
         turns = turning_point.step(turns, here, there)
-    return play_table.positions_mm(TABLE, turns, heads_mm[-1])
+    return play_lines.positions_mm(TABLE, turns, heads_mm[-1])
 
 
 def play_over(heads_mm: list[float]) -> list[float]:
@@ -54,5 +54,5 @@ def test_the_smallest_loop_is_forgotten_where_there_is_no_room_for_more() -> Non
 
 
 def test_a_head_that_came_in_over_a_long_way_has_drawn_every_play() -> None:
-    positions = play_table.positions_mm(TABLE, turning_point.AFTER_ADVANCE, 30.0)
+    positions = play_lines.positions_mm(TABLE, turning_point.AFTER_ADVANCE, 30.0)
     np.testing.assert_allclose(positions, 30.0 - 0.5 * WIDTHS_MM)

@@ -5,7 +5,7 @@ import pytest
 
 from opensuction.hysteresis import play
 from opensuction.hysteresis.bank import play_readout
-from opensuction.identification import fold
+from opensuction.identification import record as record_module
 from opensuction.identification.bank import preisach_fit, readout_fit
 from opensuction.identification.bank.readout_fit import ReadoutFit
 from opensuction.kernel.record import Array
@@ -33,7 +33,7 @@ def bent(head: Array) -> Array:
 def test_a_bent_line_over_a_play_is_followed_to_its_noise() -> None:
     half = HEAD.size // 2
     tip = bent(HEAD) + NOISE
-    found = readout_fit.fit(HEAD[None, :half], tip[:half], fold.cut(HEAD[:half]))
+    found = readout_fit.fit(HEAD[None, :half], tip[:half], record_module.cut(HEAD[:half]))
     rest = follow(found, HEAD) - bent(HEAD)
     assert float(np.sqrt(np.mean(rest[half:] ** 2))) < 0.12  # a straight line leaves 2.3
     assert found.scores.rmse == pytest.approx(0.1, abs=0.06)
@@ -45,8 +45,8 @@ def test_a_poor_recording_gets_a_simple_model() -> None:
     """One loop in noise is worth fewer gains than the same loop without."""
     head = HEAD[: HEAD.size // 6]
     tip = bent(head)
-    rich = readout_fit.fit(head[None], tip, fold.cut(head))
-    poor = readout_fit.fit(head[None], tip + 60.0 * NOISE[: head.size], fold.cut(head))
+    rich = readout_fit.fit(head[None], tip, record_module.cut(head))
+    poor = readout_fit.fit(head[None], tip + 60.0 * NOISE[: head.size], record_module.cut(head))
     assert poor.freedom < 0.6 * rich.freedom
 
 
@@ -54,7 +54,7 @@ def test_what_a_second_input_adds_may_have_either_sign() -> None:
     moved = play.simulate(3.0, OTHER, OTHER[0])
     tip = bent(HEAD) - 0.7 * moved + NOISE
     both = np.vstack([HEAD, OTHER])
-    found = readout_fit.fit(both, tip, fold.cut(HEAD))
+    found = readout_fit.fit(both, tip, record_module.cut(HEAD))
     rest = follow(found, HEAD, OTHER) - (tip - NOISE)
     assert float(np.sqrt(np.mean(rest**2))) < 0.1
     alone = follow(found._replace(records=found.records[1:], pasts=found.pasts[1:]), OTHER)
@@ -65,15 +65,17 @@ def test_what_a_second_input_adds_may_have_either_sign() -> None:
 
 def test_a_lag_that_fades_over_strokes_is_a_slow_state() -> None:
     state = play_readout.lag_columns(np.array([300.0]), HEAD, np.array([0.0]))[0]
-    found = readout_fit.fit(HEAD[None], bent(HEAD) + 0.02 * state + NOISE, fold.cut(HEAD))
+    found = readout_fit.fit(HEAD[None], bent(HEAD) + 0.02 * state + NOISE, record_module.cut(HEAD))
     assert found.records[0].decays_mm.size == 1
     assert found.records[0].lags[0] > 0.0
 
 
 def test_units_and_origin_do_not_matter() -> None:
-    tip, folds = bent(HEAD) + NOISE, fold.cut(HEAD)
+    tip, folds = bent(HEAD) + NOISE, record_module.cut(HEAD)
     one = readout_fit.fit(HEAD[None], tip, folds)
-    two = readout_fit.fit(1e-3 * HEAD[None] + 7.0, 50.0 * tip - 3.0, fold.cut(1e-3 * HEAD + 7.0))
+    two = readout_fit.fit(
+        1e-3 * HEAD[None] + 7.0, 50.0 * tip - 3.0, record_module.cut(1e-3 * HEAD + 7.0)
+    )
     assert two.scores.rmse == pytest.approx(50.0 * one.scores.rmse, rel=1e-3)
     assert follow(two, 1e-3 * HEAD + 7.0) == pytest.approx(50.0 * follow(one, HEAD) - 3.0, abs=0.1)
 
@@ -81,8 +83,10 @@ def test_units_and_origin_do_not_matter() -> None:
 def test_a_triangle_gets_as_many_levels_as_the_recording_bears() -> None:
     """A gap of 8 % of the range shows between levels of 5 %, not of 20 %."""
     tip = bent(HEAD) + NOISE
-    found = preisach_fit.fit(HEAD, tip, fold.cut(HEAD))
+    found = preisach_fit.fit(HEAD, tip, record_module.cut(HEAD))
     assert len(found.record.weights_mm) >= 15
     assert found.scores.rmse < 0.5
-    few = preisach_fit.fit(HEAD[:200], tip[:200] + 20.0 * NOISE[:200], fold.cut(HEAD[:200]))
+    few = preisach_fit.fit(
+        HEAD[:200], tip[:200] + 20.0 * NOISE[:200], record_module.cut(HEAD[:200])
+    )
     assert few.freedom < 30.0

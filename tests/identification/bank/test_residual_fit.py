@@ -6,7 +6,7 @@ import pytest
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.bank import residual_readout
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.identification import fold
+from opensuction.identification import record
 from opensuction.identification.bank import residual_fit
 from opensuction.identification.bank.residual_fit import ResidualFit
 from opensuction.kernel.record import Array
@@ -38,7 +38,7 @@ def rms(values: Array) -> float:
 
 def test_a_plant_that_is_the_model_beneath_gets_that_model() -> None:
     tip = modified_dahl.simulate(PLANT, HEAD, LAG_MM) + noise(HEAD.size, 0.05)
-    found = residual_fit.fit(HEAD, tip, fold.cut(HEAD), PLANT.decay_per_mm)
+    found = residual_fit.fit(HEAD, tip, record.cut(HEAD), PLANT.decay_per_mm)
     assert found.record.slope == pytest.approx(PLANT.slope, abs=0.01)
     assert found.record.velocity_gain == pytest.approx(PLANT.velocity_gain, abs=0.02)
     # Of 245 factors hardly any is used: two of the model, its past, and a few of noise.
@@ -52,7 +52,7 @@ def test_what_comes_back_at_each_place_on_each_way_is_predicted() -> None:
     tip = modified_dahl.simulate(PLANT, HEAD, LAG_MM) + texture(HEAD)
     half = HEAD.size // 2
     seen = (tip + noise(HEAD.size, 0.02))[:half]
-    found = residual_fit.fit(HEAD[:half], seen, fold.cut(HEAD[:half]), PLANT.decay_per_mm)
+    found = residual_fit.fit(HEAD[:half], seen, record.cut(HEAD[:half]), PLANT.decay_per_mm)
     late = (predict(found, HEAD) - tip)[half:]
     # At a turn the texture jumps, which no lag of a hundredth of the range and more follows.
     away = (HEAD[half:] > 6.0) & (HEAD[half:] < 94.0)
@@ -70,7 +70,7 @@ def test_what_was_before_the_recording_fades() -> None:
     errors = []
     for fading in (True, False):
         found = residual_fit.fit(
-            HEAD[:half], tip[:half], fold.cut(HEAD[:half]), PLANT.decay_per_mm, fading
+            HEAD[:half], tip[:half], record.cut(HEAD[:half]), PLANT.decay_per_mm, fading
         )
         errors.append(rms((predict(found, HEAD) - clean - start)[half:]))
     assert errors[0] < 0.05
@@ -84,7 +84,7 @@ def test_whatever_the_past_was_what_follows_is_predicted(past: float) -> None:
     tip = modified_dahl.simulate(PLANT, head, -past * LAG_MM)
     half = head.size // 2
     seen = (tip + noise(head.size, 0.01))[:half]
-    found = residual_fit.fit(head[:half], seen, fold.cut(head[:half]), PLANT.decay_per_mm)
+    found = residual_fit.fit(head[:half], seen, record.cut(head[:half]), PLANT.decay_per_mm)
     late = (predict(found, head) - tip)[half:]
     assert rms(late) < 0.1
     assert rms(predict(found, head)[:half] - seen) < 0.1
@@ -98,5 +98,5 @@ def test_a_past_that_does_not_show_is_not_chosen() -> None:
     path = np.append(0.0, np.cumsum(np.abs(np.diff(head))))
     tip = modified_dahl.simulate(PLANT, head, 0.0) + 2.0 * np.exp(-path / 30.0)
     rough = np.convolve(np.random.default_rng(3).standard_normal(640), np.ones(41) / 41.0, "valid")
-    found = residual_fit.fit(head, tip + 2.0 * rough, fold.cut(head), PLANT.decay_per_mm)
+    found = residual_fit.fit(head, tip + 2.0 * rough, record.cut(head), PLANT.decay_per_mm)
     assert abs(found.elements[0]) < 0.9 / PLANT.decay_per_mm

@@ -5,9 +5,9 @@ import pytest
 
 from opensuction.hysteresis.bank import maxwell_slip
 from opensuction.hysteresis.bank.maxwell_slip import MaxwellSlip
-from opensuction.identification import fold, workbench
-from opensuction.identification.bank import slip_fit
-from opensuction.identification.bank.slip_fit import SlipFit
+from opensuction.identification import record, workbench
+from opensuction.identification.estimator import superposition
+from opensuction.identification.estimator.superposition import SlipFit
 from opensuction.kernel.record import Array
 
 PERIOD_S = 0.01
@@ -51,7 +51,9 @@ def _percent(rest: Array, output: Array) -> float:
 
 def _fit(output: Array, period_s: float | None) -> SlipFit:
     half = TIME_S.size // 2
-    return slip_fit.fit(HEAD[:half], output[:half], fold.cut(HEAD[:half], TIME_S[:half]), period_s)
+    return superposition.fit_slip_fit(
+        HEAD[:half], output[:half], record.cut(HEAD[:half], TIME_S[:half]), period_s
+    )
 
 
 def _miss(found: SlipFit, head: Array, output: Array) -> float:
@@ -90,8 +92,10 @@ def test_units_do_not_matter() -> None:
     force = _force(FRICTION, HEAD) + _noise(5, 0.1)
     half = TIME_S.size // 2
     found = _fit(force, PERIOD_S)
-    folds = fold.cut(1e3 * HEAD[:half], 1e3 * TIME_S[:half])
-    other = slip_fit.fit(1e3 * HEAD[:half], 50.0 - 7.0 * force[:half], folds, 1e3 * PERIOD_S)
+    folds = record.cut(1e3 * HEAD[:half], 1e3 * TIME_S[:half])
+    other = superposition.fit_slip_fit(
+        1e3 * HEAD[:half], 50.0 - 7.0 * force[:half], folds, 1e3 * PERIOD_S
+    )
     start = maxwell_slip.start_elements_mm(other.record, 1e3 * float(HEAD[0]), other.past)
     said = maxwell_slip.simulate(other.record, 1e3 * HEAD, start)
     own = maxwell_slip.simulate(

@@ -14,15 +14,15 @@ from opensuction.identification.estimator.adaptation import (
     Finding,
     Spoilt,
 )
-from opensuction.identification.estimator.gap_scale import TRUSTED
-from opensuction.identification.estimator.mouth_passage import (
+from opensuction.identification.estimator.gap_measurement import (
     AS_IDENTIFIED,
+    TRUSTED,
     UNKNOWN,
     Missed,
     Shift,
 )
-from opensuction.safety import tip_bound
-from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
+from opensuction.safety import limits
+from opensuction.safety.limits import GAP_LEAST, GAP_MOST
 
 NAN = float("nan")
 GAP_MM = 19.7
@@ -200,15 +200,15 @@ def test_the_governor_bounds_every_tip_that_is_trusted(
     That is why the offset's bound depends on the gap's: an offset takes of the room of a width.
     """
     assume(adaptation.is_trusted(Shift(scale, offset_mm), GAP_MM, GOVERNED))
-    bounds = tip_bound.bound_tip(gain=0.967, offset_mm=-6.0, gap_mm=GAP_MM)
+    bounds = limits.bound_tip(gain=0.967, offset_mm=-6.0, gap_mm=GAP_MM)
     half_mm = 0.5 * scale * GAP_MM / bounds.gain
     last = -200.0
-    behind, interval = last + half_mm, tip_bound.assume_anywhere(bounds, last)
+    behind, interval = last + half_mm, limits.assume_anywhere(bounds, last)
     for goal in [*ways, 120.0, -200.0]:
         for head in np.linspace(last, goal, 20):
             behind = min(max(behind, head - half_mm), head + half_mm)
-            interval = tip_bound.follow(bounds, interval, float(head))
+            interval = limits.follow(bounds, interval, float(head))
             tip_mm = bounds.gain * behind + bounds.offset_mm + offset_mm
-            assert tip_mm <= tip_bound.deepest_mm(bounds, interval) + 1e-6
-            assert tip_mm >= tip_bound.shallowest_mm(bounds, interval) - 1e-6
+            assert tip_mm <= limits.deepest_mm(bounds, interval) + 1e-6
+            assert tip_mm >= limits.shallowest_mm(bounds, interval) - 1e-6
         last = goal

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from opensuction.identification import fold
+from opensuction.identification import record
 from opensuction.identification.estimator import linear
 from opensuction.identification.estimator.linear import Design, solve_free, solve_nonnegative
 
@@ -22,7 +22,7 @@ def test_the_error_is_that_of_samples_left_out() -> None:
     about = COLUMNS - COLUMNS.mean(axis=1)[:, None]
     aim = TARGET - TARGET.mean()
     errors = []
-    for cut in fold.cut_evenly(400).cuts:
+    for cut in record.cut_evenly(400).cuts:
         kept = np.ones(400, dtype=bool)
         kept[cut] = False
         factors = np.linalg.lstsq(about[:, kept].T, aim[kept], rcond=None)[0]

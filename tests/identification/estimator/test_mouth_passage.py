@@ -12,8 +12,8 @@ from opensuction.hysteresis import prandtl_ishlinskii as pi
 from opensuction.hysteresis.bank import play_lines
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.identification.estimator import mouth_passage
-from opensuction.identification.estimator.mouth_passage import (
+from opensuction.identification.estimator import gap_measurement
+from opensuction.identification.estimator.gap_measurement import (
     Array,
     Missed,
     Passage,
@@ -62,7 +62,7 @@ def barrier(tip: Array) -> Array:
 
 
 def read(clear: Array, head: Array, latency_s: float = 0.0) -> Shift | Missed:
-    return mouth_passage.read(play_tip_mm(MODEL), clear, head, MOUTH_MM, PERIOD_S, latency_s)
+    return gap_measurement.read(play_tip_mm(MODEL), clear, head, MOUTH_MM, PERIOD_S, latency_s)
 
 
 @settings(max_examples=40, deadline=None)
@@ -80,7 +80,7 @@ def test_a_modified_dahl_model_serves_as_well() -> None:
     truth = scale_dahl(PUBLISHED, 1.15)._replace(offset_mm=PUBLISHED.offset_mm - 1.5)
     head = cycle_head_mm()
     tip = np.asarray(modified_dahl.simulate(truth, head, modified_dahl.saturation_mm(truth)))
-    found = mouth_passage.read(dahl_tip_mm(PUBLISHED), barrier(tip), head, MOUTH_MM, PERIOD_S)
+    found = gap_measurement.read(dahl_tip_mm(PUBLISHED), barrier(tip), head, MOUTH_MM, PERIOD_S)
     assert isinstance(found, Shift)
     assert found.scale == pytest.approx(1.15, abs=0.01)
     assert found.offset_mm == pytest.approx(-1.5, abs=STEPS_MM)
@@ -136,12 +136,12 @@ def test_what_is_not_one_clean_edge_each_way_teaches_nothing(
     head = cycle_head_mm()
     found = read(spoilt(barrier(tips_mm(MODEL, head))), head)
     assert found == missed
-    assert mouth_passage.SENTENCES[missed]
+    assert gap_measurement.SENTENCES[missed]
 
 
 def test_without_a_barrier_nothing_is_learned() -> None:
     head = cycle_head_mm()
-    found = mouth_passage.read(play_tip_mm(MODEL), np.ones(head.size), head, np.inf, PERIOD_S)
+    found = gap_measurement.read(play_tip_mm(MODEL), np.ones(head.size), head, np.inf, PERIOD_S)
     assert found == Missed.NO_BARRIER
 
 
@@ -150,12 +150,12 @@ def test_passages_that_no_gap_explains_teach_nothing(ways: tuple[float, float]) 
     """The catheter left the beam deeper than it came, or so far out that it never moved."""
     came, left = ways
     seen = Passage(np.array([-110.0, came]), np.array([-110.0, 60.0, left]))
-    assert mouth_passage.estimate(play_tip_mm(MODEL), seen, MOUTH_MM) == Missed.UNEXPLAINED
+    assert gap_measurement.estimate(play_tip_mm(MODEL), seen, MOUTH_MM) == Missed.UNEXPLAINED
 
 
 def test_records_that_do_not_belong_together_are_refused() -> None:
     with pytest.raises(InputError, match="mouth_clear has 3 samples, head_mm 4"):
-        mouth_passage.find_passage(np.ones(3), np.ones(4), PERIOD_S)
+        gap_measurement.find_passage(np.ones(3), np.ones(4), PERIOD_S)
 
 
 def test_plays_with_lines_over_them_tell_the_same_as_the_plays_that_they_are() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from opensuction.identification.estimator.normal_equation import solve_least_squares
+from opensuction.identification.estimator.linear import solve_least_squares
 from tests.identification.plant import RIPPLED
 
 

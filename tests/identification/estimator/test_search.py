@@ -8,8 +8,8 @@ import pytest
 
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM as FORM
 from opensuction.identification.estimator import modified_dahl
+from opensuction.identification.estimator.linear import squares
 from opensuction.identification.estimator.search import SEARCHES, search
-from opensuction.identification.residual import squares
 from tests.identification.plant import drawn
 
 

@@ -9,8 +9,8 @@ from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM as 
 from opensuction.hysteresis.catalogue.hysteresis_model import ranges_of
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
 from opensuction.identification.estimator import modified_dahl
+from opensuction.identification.estimator.linear import jacobian
 from opensuction.identification.judgement.confidence import estimate_spread
-from opensuction.identification.residual import jacobian
 from tests.identification.plant import cosine, noise
 
 TRUE = np.array([*PUBLISHED, 2.0])

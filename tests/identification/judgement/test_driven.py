@@ -10,7 +10,7 @@ from opensuction.hysteresis.bank.play_readout import PlayReadout
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
-from opensuction.identification.judgement import driven
+from opensuction.identification.judgement import candidate
 from opensuction.kernel.record import Array
 
 
@@ -37,8 +37,8 @@ LAGGING = FLAT._replace(decays_mm=np.array([30.0]), lags=np.array([0.2]))
 
 @pytest.mark.parametrize(("inputs", "places"), [(TWO, 2), (SIX, 6), (strokes(0.0, 100.0, 40.0), 3)])
 def test_places_near_to_one_another_count_once(inputs: Array, places: int) -> None:
-    assert driven.count_places(inputs) == places
-    assert driven.count_places(inputs + 0.3 * np.sin(np.arange(inputs.size))) == places
+    assert candidate.count_places(inputs) == places
+    assert candidate.count_places(inputs + 0.3 * np.sin(np.arange(inputs.size))) == places
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_places_near_to_one_another_count_once(inputs: Array, places: int) -> No
     ],
 )
 def test_models_of_plays_drive(model: str, record: Any, inputs: Array) -> None:
-    found = driven.judge(CATALOGUE[model], record, inputs[None])
+    found = candidate.judge(CATALOGUE[model], record, inputs[None])
     assert found.lines is not None
     assert found.why_not == ""
 
@@ -70,7 +70,7 @@ def test_models_of_plays_drive(model: str, record: Any, inputs: Array) -> None:
 def test_what_does_not_drive_says_why_and_what_would(
     model: str, record: Any, inputs: Array, says: str
 ) -> None:
-    found = driven.judge(CATALOGUE[model], record, inputs)
+    found = candidate.judge(CATALOGUE[model], record, inputs)
     assert found.lines is None
     assert says in found.why_not
     assert "\n" not in found.why_not

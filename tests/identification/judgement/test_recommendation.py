@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.judgement.recommendation import (
     Aim,
     Rated,
     check_purpose,
     recommend,
 )
+from opensuction.identification.record import Folds, Scores
 from opensuction.kernel.errors import InputError
 
 RANDOM = np.random.default_rng(8)

@@ -7,7 +7,7 @@ from annotated_types import Len
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.codegen import document, plain_row
+from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
 
 
@@ -33,8 +33,8 @@ WRITTEN = {
 
 
 def test_every_scalar_stands_under_its_dotted_path() -> None:
-    assert document.write(Outer, OUTER) == WRITTEN
-    assert [type(one) for one in document.write(Outer, OUTER).values()] == [
+    assert plain_row.write(Outer, OUTER) == WRITTEN
+    assert [type(one) for one in plain_row.write(Outer, OUTER).values()] == [
         int,
         float,
         bool,
@@ -52,19 +52,19 @@ def test_a_record_comes_back_from_json_bit_for_bit(
     tick: int, floats: tuple[float, float, float], closed: bool
 ) -> None:
     record = Outer(tick, Inner(floats[0], closed), floats[1:])
-    text = json.dumps(document.write(Outer, record), allow_nan=False)
-    back = document.read(Outer, json.loads(text), "here")
+    text = json.dumps(plain_row.write(Outer, record), allow_nan=False)
+    back = plain_row.read(Outer, json.loads(text), "here")
     assert plain_row.pack(Outer, back).tobytes() == plain_row.pack(Outer, record).tobytes()
     assert repr(back) == repr(record)
 
 
 def test_what_is_not_a_number_comes_back_as_such() -> None:
-    text = json.dumps(document.write(Inner, Inner(math.nan, False)), allow_nan=False)
-    assert math.isnan(document.read(Inner, json.loads(text), "here").depth_mm)
+    text = json.dumps(plain_row.write(Inner, Inner(math.nan, False)), allow_nan=False)
+    assert math.isnan(plain_row.read(Inner, json.loads(text), "here").depth_mm)
 
 
 def test_a_whole_number_stands_for_a_double() -> None:
-    assert repr(document.read(Inner, {"depth_mm": 2, "closed": True}, "here").depth_mm) == "2.0"
+    assert repr(plain_row.read(Inner, {"depth_mm": 2, "closed": True}, "here").depth_mm) == "2.0"
 
 
 def without(name: str) -> dict[str, object]:
@@ -93,6 +93,6 @@ def without(name: str) -> dict[str, object]:
 )
 def test_what_is_no_such_record_is_refused_in_one_line(found: object, words: str) -> None:
     with pytest.raises(InputError, match=words) as caught:
-        document.read(Outer, found, "here")
+        plain_row.read(Outer, found, "here")
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 200

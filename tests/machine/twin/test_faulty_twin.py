@@ -8,18 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.ipc.event_ring import EventReader
-from opensuction.ipc.ring import RingWriter
+from opensuction.ipc.ring import EventReader, RingWriter
 from opensuction.kernel.codegen import row
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
+from opensuction.kernel.vocabulary import Phase
 from opensuction.machine.twin import twin_faults, twin_machine
 from opensuction.machine.twin.faulty_twin import FaultyTwin
 from opensuction.machine.twin.twin_faults import PHASE, PHASES, Came
 from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.cycle import cycle_run, fault_choice, resolution
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import machine_side
 from opensuction.simulation.injection import injection
@@ -60,7 +59,7 @@ class Stand:
             raise problem[0]
 
     def inject(self, *names: str) -> None:
-        faults = [fault_choice.parse(name) for name in names]
+        faults = [resolution.parse(name) for name in names]
         self.ask(lambda: twin_faults.inject(self.folder, faults))
 
     def step(self, sent: Array = NOTHING, new: bool = True) -> None:
@@ -111,7 +110,7 @@ def healthy() -> Array:
 def test_a_fault_at_an_instant_does_what_it_does_in_a_simulated_cycle(
     tmp_path: Path, names: tuple[str, ...]
 ) -> None:
-    faults = [fault_choice.parse(name) for name in names]
+    faults = [resolution.parse(name) for name in names]
     run = injection.run(prepared().loop, prepared().start, faults, seed=1)
     expected = truth_of(run.columns)
     zeros = np.zeros(len(expected))

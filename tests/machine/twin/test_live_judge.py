@@ -8,16 +8,16 @@ import pytest
 
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.codegen import plain_row, row
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
-from opensuction.machine import backend
+from opensuction.machine import port
 from opensuction.machine.twin.live_judge import LiveJudge, Verdict
 from opensuction.machine.twin.twin_process import BEGUN, SHOWN
 from opensuction.oracle.harm import ADVANCE, AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.cycle import cycle_run, fault_choice, resolution
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.run_judgement import Judgement
@@ -39,7 +39,7 @@ def prepared() -> Prepared:
 def played(*faults: str) -> tuple[Columns, Judgement]:
     """A simulated cycle, and what its judge says."""
     made = prepared()
-    asked = [fault_choice.parse(one) for one in faults]
+    asked = [resolution.parse(one) for one in faults]
     run = injection.run(made.loop, made.start, asked, after_s=30.0)
     cap_mm = made.loop.controller.limits.cap_mm
     return run.columns, run_judgement.judge(made.rig.machine, cap_mm, run.columns, run.faults)
@@ -63,7 +63,7 @@ def seen(folder: Path, columns: Columns, piece: int) -> Verdict:
     """What somebody says who looks after so many ticks."""
     table = rows_of(columns)
     with begun(folder) as ring:
-        witness = LiveJudge(backend.open_truth(folder), prepared().loop.controller.limits.cap_mm)
+        witness = LiveJudge(port.open_truth(folder), prepared().loop.controller.limits.cap_mm)
         for first in range(0, len(table), piece):
             for values in table[first : first + piece]:
                 ring.write(values)
@@ -136,7 +136,7 @@ def test_it_finds_the_carina_that_was_moved_under_a_cycle_which_goes_on(tmp_path
     call.side_row[row.columns(MachineSide).index("machine.airway.carina_mm")] -= 30.0
     commands = np.stack([columns.get(name, zeros) for name in MESSAGE_COLUMNS], axis=1)
     with begun(tmp_path) as ring:
-        witness = LiveJudge(backend.open_truth(tmp_path), prepared().loop.controller.limits.cap_mm)
+        witness = LiveJudge(port.open_truth(tmp_path), prepared().loop.controller.limits.cap_mm)
         for tick, sent in enumerate(commands):
             call.step(sent, new=True)
             ring.write(call.shown_row)
@@ -154,15 +154,15 @@ def test_what_nobody_saw_is_counted(tmp_path: Path) -> None:
 
 def test_where_nothing_plays_that_is_said(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no ring at"):
-        LiveJudge(backend.open_truth(tmp_path), 30.0)
+        LiveJudge(port.open_truth(tmp_path), 30.0)
     with RingWriter(tmp_path / SHOWN, SHOWN_COLUMNS, 10, RINGS):
         with pytest.raises(InputError, match="no machine to judge"):
-            LiveJudge(backend.open_truth(tmp_path), 30.0)
+            LiveJudge(port.open_truth(tmp_path), 30.0)
         np.savez(tmp_path / BEGUN, side=plain_row.pack(MachineSide, side_of(prepared().loop)))
         with pytest.raises(InputError, match="has not played a tick"):
-            LiveJudge(backend.open_truth(tmp_path), 30.0).verdict()
+            LiveJudge(port.open_truth(tmp_path), 30.0).verdict()
     with (
         RingWriter(tmp_path / SHOWN, ("a", "b"), 10, RINGS),
         pytest.raises(InputError, match="another version"),
     ):
-        LiveJudge(backend.open_truth(tmp_path), 30.0)
+        LiveJudge(port.open_truth(tmp_path), 30.0)

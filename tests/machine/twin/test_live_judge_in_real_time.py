@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from opensuction.kernel.phase import RESTING
-from opensuction.machine import backend
+from opensuction.kernel.vocabulary import RESTING
+from opensuction.machine import port
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.live_judge import LiveJudge
 from opensuction.oracle.harm import LEFT_INSIDE
@@ -56,7 +56,7 @@ def cap_mm() -> float:
 def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drives_say_so(
     room: Room,
 ) -> None:
-    witness = LiveJudge(backend.open_truth(room.folder), cap_mm())
+    witness = LiveJudge(port.open_truth(room.folder), cap_mm())
     at_s = killed_in_the_airway(room, witness)
     follow(witness, 3.0)
     found = witness.verdict()
@@ -84,7 +84,7 @@ def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drive
 @pytest.mark.sweep
 def test_it_finds_the_catheter_that_drives_without_a_watchdog_leave_inside(room: Room) -> None:
     witness, side = (
-        LiveJudge(backend.open_truth(room.folder), cap_mm()),
+        LiveJudge(port.open_truth(room.folder), cap_mm()),
         twin_machine.read_side(room.folder),
     )
     deaf = side.wiring.watchdog._replace(silence_s=1e9)

@@ -9,8 +9,8 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.ipc.ring import RingWriter
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.machine.port import EVERYTHING, Capabilities
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import TwinMachine, TwinTruth

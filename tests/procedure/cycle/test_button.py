@@ -2,7 +2,7 @@
 
 import pytest
 
-from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.kernel.interface import NO_REQUESTS, Requests
 from opensuction.procedure.cycle import button
 
 BUTTONS = Requests._fields

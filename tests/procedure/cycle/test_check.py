@@ -6,11 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
 from opensuction.procedure.cycle import check
-from opensuction.procedure.cycle.check import CheckSeen, CheckState
-from opensuction.procedure.cycle.check_item import ORDER, CheckItem
-from opensuction.procedure.planning.check_plan import plan_check
+from opensuction.procedure.cycle.check import ORDER, CheckItem, CheckSeen, CheckState
+from opensuction.procedure.planning.protocol import plan_check
 from tests.procedure.cycle.test_progress import AT_HOME
 from tests.procedure.planning.test_planner import BENCH
 

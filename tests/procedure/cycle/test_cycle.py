@@ -2,9 +2,8 @@
 
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
-from opensuction.kernel.requests import NO_REQUESTS
+from opensuction.kernel.interface import NO_REQUESTS, Readings
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import cycle
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState

@@ -4,9 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.requests import (
+from opensuction.kernel.interface import (
     ABORT,
     ASSESSED,
     NO_REQUESTS,
@@ -14,20 +12,13 @@ from opensuction.kernel.requests import (
     OXYGENATED,
     Requests,
 )
-from opensuction.procedure.cycle import (
-    button,
-    episode,
-    interlocks,
-    preoxygenation,
-    refusal,
-    schedule,
-)
-from opensuction.procedure.cycle.episode import NEW, Episode
+from opensuction.kernel.vocabulary import RESTING, AgeGroup, Phase
+from opensuction.procedure.cycle import button, interlocks, lock_out, schedule
 from opensuction.procedure.cycle.interlocks import LIFE_S, Service
-from opensuction.procedure.cycle.preoxygenation import VALID_S, OxygenAnswer, Preoxygenation
-from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.planning import pass_rule
-from opensuction.procedure.planning.pass_rule import BENCH, RULES
+from opensuction.procedure.cycle.lock_out import Refusal
+from opensuction.procedure.cycle.schedule import NEW, VALID_S, Episode, OxygenAnswer, Preoxygenation
+from opensuction.procedure.planning import guideline
+from opensuction.procedure.planning.guideline import BENCH, RULES
 
 RULE = RULES[AgeGroup.ADULT]
 PARKED, INSERTING = int(Phase.PARKED), int(Phase.INSERTING)
@@ -38,7 +29,7 @@ SERVICE = Service(life_s=LIFE_S, cycle_s=60.0, schedule=schedule.ON_REQUEST_ONLY
 def test_a_rest_is_over_only_after_so_long_at_rest(history: list[tuple[Phase, float]]) -> None:
     state, before, at_rest_s, passes = NEW, Phase.PARKED, float("inf"), 0
     for phase, seconds in history:
-        state = episode.step(RULE, state, int(before), int(phase), seconds)
+        state = schedule.step_episode(RULE, state, int(before), int(phase), seconds)
         if phase == Phase.INSERTING and before != Phase.INSERTING:
             passes, at_rest_s = passes + 1, 0.0
         elif phase not in RESTING and at_rest_s < RULE.rest_s:
@@ -52,26 +43,26 @@ def test_a_rest_is_over_only_after_so_long_at_rest(history: list[tuple[Phase, fl
 
 def test_idle_time_is_time_at_rest() -> None:
     state = Episode(passes=2, exceeded=False, rest_left_s=100.0)
-    assert episode.pass_idle_time(state, 40.0).rest_left_s == 60.0
-    assert episode.pass_idle_time(state, 400.0) == state._replace(rest_left_s=0.0)
-    stepped = episode.step(RULE, state, PARKED, PARKED, 40.0)
-    assert stepped == episode.pass_idle_time(state, 40.0)
+    assert schedule.pass_idle_time_episode(state, 40.0).rest_left_s == 60.0
+    assert schedule.pass_idle_time_episode(state, 400.0) == state._replace(rest_left_s=0.0)
+    stepped = schedule.step_episode(RULE, state, PARKED, PARKED, 40.0)
+    assert stepped == schedule.pass_idle_time_episode(state, 40.0)
 
 
 def test_nobody_is_counted_on_the_bench() -> None:
     state = NEW
     for _ in range(10):
-        state = episode.step(BENCH, state, PARKED, INSERTING, 0.001)
-        state = episode.step(BENCH, state, INSERTING, PARKED, 0.001)
+        state = schedule.step_episode(BENCH, state, PARKED, INSERTING, 0.001)
+        state = schedule.step_episode(BENCH, state, INSERTING, PARKED, 0.001)
     assert state.rest_left_s == 0.0
-    assert not episode.is_exhausted(BENCH, state)
-    assert pass_rule.of(bench_only=True, age=AgeGroup.ADULT) == BENCH
+    assert not schedule.is_exhausted(BENCH, state)
+    assert guideline.of(bench_only=True, age=AgeGroup.ADULT) == BENCH
 
 
 def test_the_seconds_that_are_left_are_said() -> None:
     kept = interlocks.start(0.0)._replace(episode=NEW._replace(rest_left_s=41.2))
-    assert "another 42 s" in refusal.say(Refusal.RESTING, 41.2)
-    assert refusal.say(Refusal.HALTED, 41.2) == refusal.SENTENCES[Refusal.HALTED]
+    assert "another 42 s" in lock_out.say(Refusal.RESTING, 41.2)
+    assert lock_out.say(Refusal.HALTED, 41.2) == lock_out.SENTENCES[Refusal.HALTED]
     assert interlocks.refusal(SERVICE, kept, PARKED, True, 0) == Refusal.RESTING
 
 
@@ -113,15 +104,15 @@ def test_only_a_parked_machine_hears_about_oxygen_and_only_a_resting_one_of_a_lo
 
 
 def test_an_answer_ends_with_its_time_its_pass_and_a_halt() -> None:
-    given_now = preoxygenation.hear(True, preoxygenation.NONE, PARKED, OXYGENATED)
+    given_now = schedule.hear(True, schedule.NONE, PARKED, OXYGENATED)
     assert given_now.left_s == VALID_S
-    later = preoxygenation.pass_idle_time(given_now, VALID_S - 1.0)
-    assert preoxygenation.is_answered(later)
-    assert not preoxygenation.is_answered(preoxygenation.pass_idle_time(given_now, VALID_S))
+    later = schedule.pass_oxygen_time(given_now, VALID_S - 1.0)
+    assert schedule.is_answered(later)
+    assert not schedule.is_answered(schedule.pass_oxygen_time(given_now, VALID_S))
     for before, phase in ((Phase.CLOSING, Phase.PARKED), (Phase.PARKED, Phase.HALTED)):
-        ended = preoxygenation.step(True, given_now, int(before), int(phase), False, 0.001)
+        ended = schedule.step_oxygen(True, given_now, int(before), int(phase), False, 0.001)
         assert ended.state == Preoxygenation.NOT_ASKED
-    assert preoxygenation.hear(False, given_now, PARKED, OXYGENATED) == preoxygenation.NONE
+    assert schedule.hear(False, given_now, PARKED, OXYGENATED) == schedule.NONE
 
 
 def test_a_button_acts_once_and_an_abort_as_long_as_it_is_held() -> None:

@@ -4,19 +4,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import ABORT, CHANGED, NO_REQUESTS, START, Requests
+from opensuction.kernel.interface import ABORT, CHANGED, NO_REQUESTS, START, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import interlocks, schedule
 from opensuction.procedure.cycle.interlocks import LIFE_S, Interlocks, Service
-from opensuction.procedure.cycle.refusal import SENTENCES, Refusal
+from opensuction.procedure.cycle.lock_out import SENTENCES, Refusal
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
-from opensuction.procedure.planning import pass_rule
+from opensuction.procedure.planning import guideline
 from opensuction.safety.condition import Condition
 
 CYCLE_S = 100.0
 TIMED = schedule.schedule(ScheduleMode.TIMED, 3600.0)
 SERVICE = Service(
-    life_s=LIFE_S, cycle_s=CYCLE_S, schedule=schedule.ON_REQUEST_ONLY, passes=pass_rule.BENCH
+    life_s=LIFE_S, cycle_s=CYCLE_S, schedule=schedule.ON_REQUEST_ONLY, passes=guideline.BENCH
 )
 CLOCKED = SERVICE._replace(schedule=TIMED)
 FRESH = interlocks.start(0.0)

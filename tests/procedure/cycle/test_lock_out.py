@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import lock_out
 from opensuction.procedure.cycle.lock_out import MOST_RESETS, MOVING, NONE, REPEATING, LockOut
 from opensuction.safety.condition import Condition

@@ -2,17 +2,15 @@ from typing import Any
 
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import NO_MONITOR, Readings
-from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.kernel.interface import NO_MONITOR, NO_REQUESTS, Readings, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import check, cycle, progress
-from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning import planner
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.procedure.planning.site import BENCH_SITE
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 from tests.procedure.planning.test_planner import BENCH, EXCITATION
 
 PLAN = planner.plan(PAPER, BENCH, EXCITATION, by_contact=False, site=BENCH_SITE)

@@ -2,16 +2,15 @@
 
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS
+from opensuction.kernel.interface import NO_REQUESTS
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import cycle
 from opensuction.procedure.cycle.demand import OUTWARDS, Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning import planner
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.procedure.planning.site import BENCH_SITE
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 from opensuction.procedure.suction.line_flow import FreeFlow
 from tests.procedure.cycle.test_progress import AT_HOME, DT_S, QUIET
 from tests.procedure.planning.test_planner import EXCITATION, WITH_GAP

@@ -2,11 +2,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.teaching import PLAUSIBLE, SENTENCES, Taught, TeachingState
-from opensuction.procedure.planning import teaching_limit
+from opensuction.procedure.planning import guideline
 
 ADULT = PLAUSIBLE[AgeGroup.ADULT]
 
@@ -77,14 +77,14 @@ def test_a_length_outside_is_refused_with_its_arithmetic(
     age: AgeGroup, taught_mm: float, message: str
 ) -> None:
     with pytest.raises(InputError) as refused:
-        teaching_limit.check_plausible(age, taught_mm, "--taught")
+        guideline.check_plausible(age, taught_mm, "--taught")
     assert str(refused.value) == message
 
 
 @pytest.mark.parametrize("nonsense", [float("nan"), float("inf"), -1.0])
 def test_nonsense_is_refused_too(nonsense: float) -> None:
     with pytest.raises(InputError):
-        teaching_limit.check_plausible(AgeGroup.ADULT, nonsense, "--taught")
+        guideline.check_plausible(AgeGroup.ADULT, nonsense, "--taught")
 
 
 def test_every_age_and_every_code_has_its_entry() -> None:

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import ACTIVE, STAY, TRANSITIONS, Event, cause, follow
 
 URGENT = (Event.TRIPPED, Event.ABORT_REQUESTED, Event.PHASE_OVERDUE)

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.procedure.planning import clinical, planner
 from opensuction.procedure.planning.clinical import ADULT, PAEDIATRIC
 from opensuction.procedure.planning.planner import Abilities
-from opensuction.procedure.planning.site import Site
+from opensuction.procedure.planning.protocol import Site
 
 BEDSIDE = Abilities(
     head_mm_per_s=50.0,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Guideline, checks
 
 ADULT = Guideline(

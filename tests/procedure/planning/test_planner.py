@@ -4,15 +4,19 @@ from typing import Any
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import plan as plans
-from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.planning import planner
-from opensuction.procedure.planning.check_plan import VACUUM_LIMIT_S
 from opensuction.procedure.planning.planner import WAY_IN_MMHG, Abilities
-from opensuction.procedure.planning.protocol import PAPER, PROTOCOLS, Protocol
-from opensuction.procedure.planning.site import BENCH_SITE
+from opensuction.procedure.planning.protocol import (
+    BENCH_SITE,
+    PAPER,
+    PROTOCOLS,
+    VACUUM_LIMIT_S,
+    Protocol,
+)
 
 EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from opensuction.controller.free_flow import free_flow
+from opensuction.controller.governor_limit import free_flow
 from opensuction.controller.machine_profile import CLINICAL
 from opensuction.procedure.suction import line_flow
 from opensuction.procedure.suction.line_flow import NOTHING_SEEN, FlowSeen, FreeFlow

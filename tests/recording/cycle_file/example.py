@@ -4,10 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from opensuction.recording.cycle_file.event import RecordedEvent
-from opensuction.recording.cycle_file.heading import NOTICE, Heading
-from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import SchemaColumn
+from opensuction.recording.cycle_file.frame import NOTICE, Heading
+from opensuction.recording.cycle_file.row_schema import RecordedEvent, SchemaColumn, Table
 from opensuction.recording.cycle_file.writer import RecordingWriter
 
 BEGAN_NS = 1_795_000_000_000_000_000

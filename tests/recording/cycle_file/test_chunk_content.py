@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
-from opensuction.recording.cycle_file import chunk_content, frame
-from opensuction.recording.cycle_file.chunk_content import ChunkReader, DamageError, Rows
+from opensuction.recording.cycle_file import frame
+from opensuction.recording.cycle_file import reader as cycle_reader
+from opensuction.recording.cycle_file.reader import ChunkReader, DamageError, Rows
 from tests.recording.cycle_file import example
 
 
@@ -70,16 +71,16 @@ def test_any_content_gives_rows_or_damage(
 
 
 def test_a_chunk_larger_than_the_limit_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chunk_content, "LARGEST_BYTES", 1_000_000)
+    monkeypatch.setattr(cycle_reader, "LARGEST_BYTES", 1_000_000)
     with pytest.raises(DamageError, match="another size than it says"):
-        chunk_content.unpack(chunk(bytes(1_000_001)))
+        cycle_reader.unpack(chunk(bytes(1_000_001)))
     bomb = bytes.fromhex("28b52ffde06c06060663636363")  # states 460 PB: python-zstandard#332
     stated = zstandard.get_frame_parameters(bomb).content_size
     with pytest.raises(DamageError, match="another size than it says"):
-        chunk_content.unpack(chunk(b"", packed=bomb, size=stated))
+        cycle_reader.unpack(chunk(b"", packed=bomb, size=stated))
 
 
 def test_another_packing_is_refused_by_name() -> None:
     record = Chunk("lz4", b"", 0, 0, 0, 0)
     with pytest.raises(DamageError, match="packed as 'lz4'"):
-        chunk_content.unpack(frame.record_bytes(record)[frame.RECORD_HEAD.size :])
+        cycle_reader.unpack(frame.record_bytes(record)[frame.RECORD_HEAD.size :])

@@ -8,10 +8,9 @@ from mcap.opcode import Opcode
 from mcap.writer import Writer
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.cycle_file import frame, heading
-from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.row_layout import Table
+from opensuction.recording.cycle_file import frame
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows, TimedEvent
+from opensuction.recording.cycle_file.row_schema import Table
 from opensuction.recording.cycle_file.writer import MAGIC
 from tests.recording.cycle_file import example
 
@@ -160,7 +159,7 @@ def test_a_newer_version_is_refused_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as newer:
-        newer.setattr(heading, "FORMAT", heading.FORMAT + 1)
+        newer.setattr(frame, "FORMAT", frame.FORMAT + 1)
         path = example.write(tmp_path / "a.mcap")
     with pytest.raises(
         InputError, match=r"of format 2, written by opensuction '1\.2\.3'; .* up to 1"

@@ -8,7 +8,7 @@ from google.protobuf.message_factory import GetMessageClass
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.recording.cycle_file import row_layout, row_schema
+from opensuction.recording.cycle_file import row_schema
 from opensuction.recording.cycle_file.row_schema import SchemaColumn
 
 PARTS = st.sampled_from(["head_mm", "cam", "plays", "0", "1", "is_on", "core"])
@@ -37,10 +37,10 @@ def test_a_table_comes_back_bit_for_bit_and_protobuf_reads_the_same(
     columns: tuple[SchemaColumn, ...], data: st.DataObject
 ) -> None:
     table = np.array([[data.draw(NUMBERS[one.kind]) for one in columns] for _ in range(3)])
-    layout = row_layout.layout_of(columns)
+    layout = row_schema.layout_of(columns)
     rows = np.empty((3, 4 + layout.size), np.uint8)
-    row_layout.pack(layout, table, rows, 4)
-    assert row_layout.unpack(layout, rows, 4).tobytes() == table.tobytes()
+    row_schema.pack(layout, table, rows, 4)
+    assert row_schema.unpack(layout, rows, 4).tobytes() == table.tobytes()
 
     description = row_schema.describe("Tick", columns)
     pool = DescriptorPool()
@@ -68,9 +68,9 @@ def test_a_name_that_comes_twice_is_refused() -> None:
 
 
 def test_a_row_of_another_layout_is_refused() -> None:
-    one = row_layout.layout_of([SchemaColumn("a", float), SchemaColumn("b.c", bool)])
-    other = row_layout.layout_of([SchemaColumn("b.c", bool), SchemaColumn("a", float)])
+    one = row_schema.layout_of([SchemaColumn("a", float), SchemaColumn("b.c", bool)])
+    other = row_schema.layout_of([SchemaColumn("b.c", bool), SchemaColumn("a", float)])
     rows = np.empty((1, one.size), np.uint8)
-    row_layout.pack(one, np.ones((1, 2)), rows, 0)
+    row_schema.pack(one, np.ones((1, 2)), rows, 0)
     with pytest.raises(ValueError, match="not laid out"):
-        row_layout.unpack(other, rows, 0)
+        row_schema.unpack(other, rows, 0)

@@ -13,10 +13,9 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
 from mcap.reader import NonSeekingReader, SeekingReader
 
-from opensuction.recording.cycle_file import extent, writer
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.extent import Extent
-from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.recording.cycle_file import frame, writer
+from opensuction.recording.cycle_file.frame import Extent
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from tests.recording.cycle_file import example
 
@@ -193,7 +192,7 @@ def test_each_write_is_told_before_it_is_made_and_taken_back_where_it_fails(
     path, told = tmp_path / "a.mcap", list[tuple[Extent, Extent]]()
 
     def tell(before: Extent, after: Extent) -> None:
-        assert extent.measure(path) == [before], "it is as it was"
+        assert frame.measure(path) == [before], "it is as it was"
         told.append((before, after))
 
     monkeypatch.setattr(writer, "FileIO", _SmallDisk)
@@ -202,14 +201,14 @@ def test_each_write_is_told_before_it_is_made_and_taken_back_where_it_fails(
         path, example.HEADING, {"/tick": example.COLUMNS}, 50, flushing=tell
     ) as file:
         file.add_rows("/tick", example.times_ns(100), example.rows(100))
-        assert extent.measure(path) == [file.extent]
+        assert frame.measure(path) == [file.extent]
         _SmallDisk.room = 10
         with pytest.raises(OSError, match="No space"):
             file.add_rows("/tick", example.times_ns(50), example.rows(50))
         assert told[-1] == (file.extent, file.extent)
-        assert extent.measure(path) == [file.extent]
+        assert frame.measure(path) == [file.extent]
         _SmallDisk.room = 20_000
-    assert extent.measure(path) == [file.extent] == [told[-1][1]]
+    assert frame.measure(path) == [file.extent] == [told[-1][1]]
     assert told[-1][1].sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
 
 

@@ -3,13 +3,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from opensuction.report import airway_geometry
 from opensuction.report import airway_geometry as geometry
-from opensuction.report.cycle import airway_drawing
 from tests.report import example
 
 
 def test_depths_are_to_scale() -> None:
-    drawn = airway_drawing.drawing(example.summary())
+    drawn = airway_geometry.drawing(example.summary())
     assert drawn is not None
     y_px = {mark.kind: mark.y_px for mark in drawn.marks}
     deepest_px = y_px["deepest"] - y_px["tube"]
@@ -31,41 +31,41 @@ def test_labels_with_room_stay_where_they_belong() -> None:
 
 
 def test_description_says_what_is_drawn() -> None:
-    drawn = airway_drawing.drawing(example.summary())
+    drawn = airway_geometry.drawing(example.summary())
     assert drawn is not None
     for depth in ("target at 90.0 mm", "deepest tip at 90.7 mm", "cap at 95.0 mm"):
         assert depth in drawn.description
 
 
 def test_unknown_anatomy_is_not_drawn_as_if_it_were_known() -> None:
-    drawn = airway_drawing.drawing(example.summary(anatomy=None))
+    drawn = airway_geometry.drawing(example.summary(anatomy=None))
     assert drawn is not None
     assert drawn.carina_px is None
     assert {mark.kind for mark in drawn.marks} == {"tube", "target", "now", "deepest"}
-    assert airway_drawing.drawing(example.summary(tip=None)) is None
+    assert airway_geometry.drawing(example.summary(tip=None)) is None
 
 
 def test_tube_of_a_patient_says_where_it_begins() -> None:
-    drawn = airway_drawing.drawing(example.on_patient())
+    drawn = airway_geometry.drawing(example.on_patient())
     assert drawn is not None
     assert drawn.upper_end == "-80 mm"
-    bench = airway_drawing.drawing(example.summary())
+    bench = airway_geometry.drawing(example.summary())
     assert bench is not None
     assert bench.upper_end == ""
 
 
 def test_tip_that_stayed_out_of_the_drawing_is_not_drawn() -> None:
     tip = example.ON_PATIENT["tip"] | {"deepest_mm": -99.0}
-    drawn = airway_drawing.drawing(example.on_patient(tip=tip))
+    drawn = airway_geometry.drawing(example.on_patient(tip=tip))
     assert drawn is not None
     assert drawn.deepest_px is None
     assert "deepest" not in {mark.kind for mark in drawn.marks}
     assert "-99.0 mm" in drawn.description
 
 
-def _with_tip(end_mm: float, *, inside: bool) -> airway_drawing.Drawing:
+def _with_tip(end_mm: float, *, inside: bool) -> airway_geometry.Drawing:
     tip = example.ON_PATIENT["tip"] | {"end_mm": end_mm, "inside_at_end": inside}
-    drawn = airway_drawing.drawing(example.on_patient(tip=tip))
+    drawn = airway_geometry.drawing(example.on_patient(tip=tip))
     assert drawn is not None
     return drawn
 
@@ -91,10 +91,10 @@ def test_a_tip_that_is_still_at_its_deepest_is_drawn_once() -> None:
 
 
 def test_a_cap_beyond_the_carina_is_where_the_search_ends() -> None:
-    by_contact = airway_drawing.drawing(example.on_patient())
+    by_contact = airway_geometry.drawing(example.on_patient())
     assert by_contact is not None
     assert "Search ends 113.0 mm" in {mark.text for mark in by_contact.marks}
     assert "Cap" not in {mark.name for mark in by_contact.marks}
-    by_travel = airway_drawing.drawing(example.summary())
+    by_travel = airway_geometry.drawing(example.summary())
     assert by_travel is not None
     assert "Cap 95.0 mm" in {mark.text for mark in by_travel.marks}

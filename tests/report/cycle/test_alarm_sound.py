@@ -4,18 +4,18 @@ import wave
 import numpy as np
 import pytest
 
-from opensuction.report.cycle import alarm_sound
-from opensuction.safety.alarm import auditory_signal
-from opensuction.safety.priority import Priority
+from opensuction.report.cycle import page
+from opensuction.safety.alarm import alarm_signal
+from opensuction.safety.handling import Priority
 
 
 @pytest.mark.parametrize("priority", [Priority.HIGH, Priority.MEDIUM, Priority.LOW])
 def test_the_file_holds_the_pattern_of_its_priority(priority: Priority) -> None:
-    with wave.open(io.BytesIO(alarm_sound.encode(priority))) as file:
+    with wave.open(io.BytesIO(page.encode(priority))) as file:
         rate_hz = file.getframerate()
         assert (file.getnchannels(), file.getsampwidth()) == (1, 2)
-        assert file.getnframes() == alarm_sound.SECONDS * rate_hz
+        assert file.getnframes() == page.SECONDS * rate_hz
         samples = np.frombuffer(file.readframes(file.getnframes()), dtype="<i2")
-    meant = auditory_signal.repeat(priority, alarm_sound.SECONDS, rate_hz)
+    meant = alarm_signal.repeat(priority, page.SECONDS, rate_hz)
     # Half a step of 16 bits.
     np.testing.assert_allclose(samples / 32767.0, meant, atol=0.5 / 32767.0 + 1e-12)

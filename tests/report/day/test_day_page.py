@@ -1,7 +1,7 @@
 import pytest
 
 from opensuction.report import sheet
-from opensuction.report.day import day_page, day_verdict
+from opensuction.report.day import day_page
 from tests.report import example
 from tests.report.day_example import cycle, day, samples
 
@@ -21,7 +21,7 @@ def test_the_most_urgent_cycle_leads_the_day() -> None:
     worse.append(cycle(5, **INSIDE))
     leads = []
     for count in range(1, 6):
-        found = day_verdict.verdict(day(*worse[:count]))
+        found = day_page.verdict(day(*worse[:count]))
         leads.append((found.text, found.kind))
     assert leads == [
         ("1 of 1 cycles completed", "good"),
@@ -30,7 +30,7 @@ def test_the_most_urgent_cycle_leads_the_day() -> None:
         ("Cycle 4: PATIENT AT RISK: oxygen", "bad"),
         ("Cycle 5: CATHETER IS STILL IN THE AIRWAY, 48.6 mm below the tube's end", "bad"),
     ]
-    last = day_verdict.verdict(day(*worse))
+    last = day_page.verdict(day(*worse))
     assert last.lead == "4 of 5 cycles completed. Look at cycles 2, 3, 4 too."
 
 
@@ -43,14 +43,14 @@ def test_a_day_with_such_a_cycle_fails_whatever_came_after_it(changes: dict[str,
 
 def test_a_refused_cycle_fails_the_day() -> None:
     refused = day(cycle(1), refusal="the gap is out of its range", repeat=3)
-    found = day_verdict.verdict(refused)
+    found = day_page.verdict(refused)
     assert (found.text, found.kind) == ("A further cycle was refused", "bad")
     assert found.lead == "The gap is out of its range. 1 of 3 cycles completed."
     assert not refused.is_good
 
 
 def test_a_day_that_ended_early_is_not_green() -> None:
-    assert day_verdict.verdict(day(cycle(1), repeat=3)).kind == "bad"
+    assert day_page.verdict(day(cycle(1), repeat=3)).kind == "bad"
 
 
 def test_each_cycle_leads_to_its_report_and_figures_are_rounded() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from opensuction.report.identification import identification_series as series
+from opensuction.report.identification import identification_page as series
 from tests.report import identification_example as example
 
 
@@ -9,7 +9,7 @@ def test_extremes_of_output_and_residual_are_kept() -> None:
     curves = example.curves(samples=100_000)
     spoilt = curves.answer.copy()
     spoilt[54_321] += 30.0
-    plots = series.plots(curves._replace(answer=spoilt))
+    plots = series.curve_plots(curves._replace(answer=spoilt))
     name = example.MODELS[0]
     rest = spoilt - curves.fitted[name]
     assert max(plots["rest"][name]) == pytest.approx(rest.max(), abs=1e-3)
@@ -17,7 +17,7 @@ def test_extremes_of_output_and_residual_are_kept() -> None:
 
 
 def test_every_list_over_time_has_the_length_of_time() -> None:
-    plots = series.plots(example.curves())
+    plots = series.curve_plots(example.curves())
     lists = [plots["output"], *plots["fitted"].values(), *plots["rest"].values()]
     assert {len(values) for values in lists} == {len(plots["time"])}
     loop = plots["loop"]
@@ -38,7 +38,7 @@ def test_jitter_is_no_reversal() -> None:
 
 
 def test_samples_without_time_are_counted() -> None:
-    plots = series.plots(example.curves(timed=False))
+    plots = series.curve_plots(example.curves(timed=False))
     assert not plots["timed"]
     assert plots["time"][-1] == example.SAMPLES - 1
     assert plots["held_from"] == example.FITTED
@@ -48,11 +48,11 @@ def test_samples_without_time_are_counted() -> None:
 def test_held_out_samples_begin_where_the_fit_ends() -> None:
     curves = example.curves()
     assert curves.time_s is not None
-    assert series.plots(curves)["held_from"] == pytest.approx(curves.time_s[example.FITTED])
+    assert series.curve_plots(curves)["held_from"] == pytest.approx(curves.time_s[example.FITTED])
     whole = curves._replace(fitted_samples=example.SAMPLES)
-    assert series.plots(whole)["held_from"] is None
+    assert series.curve_plots(whole)["held_from"] is None
 
 
 def test_noise_band_is_that_of_the_fitted_samples() -> None:
-    band = series.plots(example.curves())["autocorrelation"]["band"]
+    band = series.curve_plots(example.curves())["autocorrelation"]["band"]
     assert band == pytest.approx(1.96 / np.sqrt(example.FITTED))

@@ -3,7 +3,7 @@ import io
 import pytest
 from rich.console import Console
 
-from opensuction.report.identification import identification_terminal
+from opensuction.report.identification import identification_words
 from opensuction.report.identification import identification_words as words
 from opensuction.result.identification_result import (
     FittedParameter,
@@ -161,7 +161,7 @@ def test_values_have_the_digits_that_their_interval_supports(
 def printed(result: WorkbenchResult) -> str:
     stream = io.StringIO()
     console = Console(file=stream, width=100)
-    identification_terminal.print_summary(console, result, ["out/report.html"])
+    identification_words.print_summary(console, result, ["out/report.html"])
     return stream.getvalue()
 
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle import exposure, harm
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S

@@ -19,15 +19,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.event_ring import EventReader
 from opensuction.ipc.mailbox import Sender
-from opensuction.ipc.ring import RingReader
-from opensuction.kernel.phase import RESTING
+from opensuction.ipc.ring import EventReader, RingReader
 from opensuction.kernel.record import Array
+from opensuction.kernel.vocabulary import RESTING
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.oracle import exposure
-from opensuction.runtime import launch, machine_identity
+from opensuction.runtime import launch, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.paths import ASK, EVENTS, RING
 from opensuction.simulation.closed_loop import Loop, LoopState
@@ -165,7 +164,7 @@ def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int)
     processes = []
     try:
         launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
-        machine_identity.write(folder, ABOUT._replace(database=str(folder / "records.db")))
+        paths.write(folder, ABOUT._replace(database=str(folder / "records.db")))
         processes.append(twin_machine.start(folder, loop, state, seed=1))
         processes.append(launch.start_control(folder, period))
         processes.append(launch.start_recorder(folder, out))

@@ -6,7 +6,7 @@ from opensuction.safety.alarm import alarm, alarm_clock, alarm_state
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S, NOTHING, RELEASED, SILENT
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import WORD, encode
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from tests.safety.annunciator import DT_S, QUIET, SETTINGS, SPO2, lasting, press, run, wrong
 
 C = Condition

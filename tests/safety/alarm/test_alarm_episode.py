@@ -1,9 +1,8 @@
 from opensuction.safety.alarm import alarm_log
-from opensuction.safety.alarm.alarm_episode import Episode, list_episodes
-from opensuction.safety.alarm.alarm_log import AlarmEvent, Entry, Log
+from opensuction.safety.alarm.alarm_log import AlarmEvent, Entry, Episode, Log, list_episodes
 from opensuction.safety.alarm.alarm_state import NOTHING
 from opensuction.safety.condition import Condition
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from tests.safety.annunciator import DT_S, Tick, lasting, run, wrong
 
 C = Condition

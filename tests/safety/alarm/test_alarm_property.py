@@ -12,7 +12,7 @@ from opensuction.safety.alarm import alarm
 from opensuction.safety.alarm.alarm_state import AUDIBLE_S, LONGEST_PAUSE_S, Buttons
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from tests.safety.annunciator import DT_S, Row, Tick, histories, lasting, run
 
 EXAMPLES = settings(max_examples=30)

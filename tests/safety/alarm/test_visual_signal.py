@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from opensuction.safety.alarm import signal_value, visual_signal
-from opensuction.safety.priority import Priority
+from opensuction.safety.alarm import alarm_signal
+from opensuction.safety.handling import Priority
 
 STEP_S = 0.001
 
@@ -16,27 +16,27 @@ def test_urgent_lights_flash(
 ) -> None:
     seconds = 100.0
     on = np.array(
-        [visual_signal.is_lit(priority, index * STEP_S) for index in range(round(seconds / STEP_S))]
+        [alarm_signal.is_lit(priority, index * STEP_S) for index in range(round(seconds / STEP_S))]
     )
     flashes = int(np.count_nonzero(on[1:] & ~on[:-1])) + int(on[0])
     assert least_hz < flashes / seconds < most_hz
     assert 0.2 < on.mean() < 0.6
     assert on[0], "a new alarm is seen at once"
-    assert visual_signal.LIGHTS[priority].colour == colour
+    assert alarm_signal.LIGHTS[priority].colour == colour
 
 
 def test_the_low_light_is_steady_and_none_is_dark() -> None:
     times = [0.0, 0.3, 7.7, 1e6]
-    assert all(visual_signal.is_lit(Priority.LOW, time_s) for time_s in times)
-    assert not any(visual_signal.is_lit(Priority.NONE, time_s) for time_s in times)
-    assert visual_signal.LIGHTS[Priority.LOW].colour == "cyan"
+    assert all(alarm_signal.is_lit(Priority.LOW, time_s) for time_s in times)
+    assert not any(alarm_signal.is_lit(Priority.NONE, time_s) for time_s in times)
+    assert alarm_signal.LIGHTS[Priority.LOW].colour == "cyan"
 
 
 def test_every_priority_has_a_light_of_its_own() -> None:
-    assert set(visual_signal.LIGHTS) == set(Priority)
-    assert len({light.colour for light in visual_signal.LIGHTS.values()}) == len(Priority)
+    assert set(alarm_signal.LIGHTS) == set(Priority)
+    assert len({light.colour for light in alarm_signal.LIGHTS.values()}) == len(Priority)
 
 
 def test_what_is_not_there_has_no_range_either() -> None:
-    for nothing in (signal_value.DARK.duty_ratio, signal_value.NO_HALF):
+    for nothing in (alarm_signal.DARK.duty_ratio, alarm_signal.NO_HALF):
         assert (nothing.value, nothing.least, nothing.most) == (0.0, 0.0, 0.0)

@@ -6,27 +6,28 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings, Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import TRIPS, cuts_vacuum, decode_trips
 from opensuction.safety.governor import governor
-from opensuction.safety.governor.forced_withdrawal import WAITING_S, ForcedWithdrawal, longest_s
-from opensuction.safety.governor.governor import GovernorState
+from opensuction.safety.governor.governor import (
+    WAITING_S,
+    ForcedWithdrawal,
+    GovernorState,
+    longest_s,
+)
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
-from opensuction.safety.head import head_vote, home_zero
-from opensuction.safety.head.advance_bound import AdvanceBound
+from opensuction.safety.head import head_vote
 from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import InvalidTicks
-from opensuction.safety.tip_bound import TipInterval
-from opensuction.safety.watch import line_filter
+from opensuction.safety.limits import AdvanceBound, TipInterval
+from opensuction.safety.watch import vacuum_signature
 from opensuction.safety.watch.bus_watch import BusWatch
-from opensuction.safety.watch.contact_window import ContactWindow
-from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.patient_watch import Breath, PatientWatch, Sag
-from opensuction.safety.watch.vacuum_signature import LineWatch
+from opensuction.safety.watch.tip_force import ContactWindow
+from opensuction.safety.watch.vacuum_signature import LineFilter, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 from opensuction.safety.watch.watch import PARKED_MM
 from opensuction.safety.watch.watch_state import Durations, Watch
@@ -89,8 +90,8 @@ watches = st.builds(
         carriage_out=st.booleans(),
         switched=st.booleans(),
         unseen_ticks=counts,
-        zero_mm=st.floats(-home_zero.MOST_MM, home_zero.MOST_MM),
-        zero_ticks=st.integers(0, home_zero.STILL_TICKS),
+        zero_mm=st.floats(-head_vote.MOST_MM, head_vote.MOST_MM),
+        zero_ticks=st.integers(0, head_vote.STILL_TICKS),
     ),
     speed_mm_per_s=st.floats(-60.0, 60.0),
     tip=st.builds(TipInterval, plausible, plausible),
@@ -132,7 +133,7 @@ watches = st.builds(
         LineFilter,
         raw_mmhg=st.floats(0.0, 300.0),
         smooth_mmhg=st.floats(0.0, 300.0),
-        zero_mmhg=st.floats(-line_filter.ZERO_MMHG, line_filter.ZERO_MMHG),
+        zero_mmhg=st.floats(-vacuum_signature.ZERO_MMHG, vacuum_signature.ZERO_MMHG),
         heard=st.booleans(),
     ),
 )

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings, Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor, limiter

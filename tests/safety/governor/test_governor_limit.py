@@ -4,12 +4,11 @@ from typing import Any
 
 import pytest
 
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import TRIPS, decode_trips
-from opensuction.safety.governor import forced_withdrawal, governor, judgement
-from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
-from opensuction.safety.governor.governor import GovernorState
+from opensuction.safety.governor import governor, judgement
+from opensuction.safety.governor.governor import ForcedWithdrawal, GovernorState
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits, WindowLimits
 from tests.safety.watchdog import (
@@ -145,15 +144,15 @@ def test_a_way_out_has_its_time_and_goes_on_for_as_long_as_the_head_comes(
 
 def test_a_way_out_has_a_last_clock_by_which_also_a_head_that_comes_is_let_go() -> None:
     for whole_s, trips in (
-        (forced_withdrawal.longest_s(LIMITS), []),
-        (above(forced_withdrawal.longest_s(LIMITS)), [Condition.WITHDRAWAL_TIME]),
+        (governor.longest_s(LIMITS), []),
+        (above(governor.longest_s(LIMITS)), [Condition.WITHDRAWAL_TIME]),
     ):
         comes = {"withdrawal.forced_s": 0.1, "withdrawal.whole_s": whole_s}
         assert judged(changed(AT_REST, comes)) == trips
 
 
 def test_a_withdrawal_that_is_held_from_its_first_tick_is_blocked() -> None:
-    held_s = above(forced_withdrawal.BLOCKED_S)
+    held_s = above(governor.BLOCKED_S)
     held = {"withdrawal.forced_s": held_s, "withdrawal.blocked_s": held_s}
     assert judged(changed(AT_REST, held)) == [Condition.WITHDRAWAL_BLOCKED]
 
@@ -168,17 +167,17 @@ def test_a_head_that_is_seen_to_come_is_not_waited_for(
     seen = changed(
         read_at(50.0).watch, {"speed_mm_per_s": mm_per_s, "vote.unseen_ticks": int(unseen)}
     )
-    before = forced_withdrawal.NONE._replace(waiting_s=1.0)
-    after = forced_withdrawal.step(before, seen, True, DT_S)
+    before = governor.NONE._replace(waiting_s=1.0)
+    after = governor.step_withdrawal(before, seen, True, DT_S)
     assert after.waiting_s == (1.0 + DT_S if waits else 0.0)
-    assert forced_withdrawal.step(before, seen, False, DT_S).waiting_s == 0.0
+    assert governor.step_withdrawal(before, seen, False, DT_S).waiting_s == 0.0
 
 
 def test_of_a_way_out_that_is_broken_off_only_the_last_clock_is_kept() -> None:
     before = ForcedWithdrawal(1.0, 2.0, 3.0, 4.0, 5.0)
-    after = forced_withdrawal.step(before, AT_REST.watch, False, DT_S)
-    assert after == forced_withdrawal.NONE._replace(whole_s=5.0)
-    forced = forced_withdrawal.step(before, AT_REST.watch, True, DT_S)
+    after = governor.step_withdrawal(before, AT_REST.watch, False, DT_S)
+    assert after == governor.NONE._replace(whole_s=5.0)
+    forced = governor.step_withdrawal(before, AT_REST.watch, True, DT_S)
     assert forced.whole_s == 5.0 + DT_S
 
 
@@ -282,7 +281,7 @@ def test_at_power_up_nothing_is_on_and_nothing_has_lasted() -> None:
     assert state.last.head_mm_per_s == state.last.vacuum_mmhg == 0.0
     assert not any((state.last.insertion_on, state.last.valve_open, state.last.pump_on))
     assert not state.valve_command_changed
-    assert state.withdrawal == forced_withdrawal.NONE
+    assert state.withdrawal == governor.NONE
     assert state.trips == 0
     assert state.patient.conditions == 0
 
@@ -305,7 +304,7 @@ def test_without_a_trip_nothing_is_forced() -> None:
     state = AT_REST._replace(withdrawal=ForcedWithdrawal(1.0, 0.2, 0.2, 0.2, 0.0))
     blind = sound(HEAD_MM)._replace(head_valid=False)
     after = following(state, blind)
-    assert after.withdrawal == forced_withdrawal.NONE
+    assert after.withdrawal == governor.NONE
 
 
 def drawn(mm_per_s: float) -> GovernorState:
@@ -455,6 +454,6 @@ def test_a_reset_leaves_the_command_at_rest_and_everything_else_as_it_was() -> N
     after = governor.reset(LIMITS, state)
     assert after.last == going._replace(head_mm_per_s=0.0)
     assert not after.valve_command_changed
-    assert after.withdrawal == forced_withdrawal.NONE
+    assert after.withdrawal == governor.NONE
     assert after.trips == 0
     assert after.patient == state.patient

@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
-from opensuction.safety import patient_limit
+from opensuction.kernel.interface import NO_MONITOR, Monitor, Readings, Setpoints
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.safety import limits
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor
@@ -16,7 +15,7 @@ from tests.safety.watch.monitored import WELL
 from tests.safety.watchdog import LIMITS, PARK_MM, Tick, first, run, sound, staying, tripped
 
 MONITORED = LIMITS._replace(
-    patient=patient_limit.limits_of(AgeGroup.ADULT, 6.0, monitored=True),
+    patient=limits.limits_of(AgeGroup.ADULT, 6.0, monitored=True),
     in_airway_s=60.0,
     negative_pressure_s=60.0,
     withdrawal_s=60.0,

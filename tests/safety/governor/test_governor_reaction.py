@@ -4,14 +4,13 @@ import math
 
 import pytest
 
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings, Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
-from opensuction.safety.governor import forced_withdrawal, governor
+from opensuction.safety.governor import governor
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch import line_filter
+from opensuction.safety.watch import vacuum_signature
 from tests.safety.watchdog import (
     DT_S,
     HEAD_CAP_MM,
@@ -45,7 +44,7 @@ def test_a_head_that_cannot_be_withdrawn_is_let_go_in_the_end() -> None:
 
     ticks = run(4.3, propose, lambda t, _: sound(50.0 + 1e-3 * (round(t / DT_S) % 2)), at(50.0))
     last = first(ticks, Condition.WITHDRAWAL_TIME)
-    assert last.time_s == pytest.approx(AFTER_S + forced_withdrawal.WAITING_S, abs=2 * DT_S)
+    assert last.time_s == pytest.approx(AFTER_S + governor.WAITING_S, abs=2 * DT_S)
     assert last.verdict.reaction == Reaction.TORQUE_OFF
 
 
@@ -79,12 +78,12 @@ def test_a_head_of_which_both_sensors_say_for_ever_that_it_comes_is_let_go(
     assert is_let_go(ticks[-1])
     assert Condition.WITHDRAWAL_TIME in decode_trips(ticks[-1].verdict.trips)
     away_s = DT_S * sum(tick.state.watch.head_mm > PARK_MM + 0.5 for tick in driven)
-    assert away_s == pytest.approx(forced_withdrawal.longest_s(limits), abs=2 * DT_S)
+    assert away_s == pytest.approx(governor.longest_s(limits), abs=2 * DT_S)
 
 
 def test_a_head_that_comes_as_slowly_as_one_may_is_not_let_go_on_its_way_from_the_cap() -> None:
     """After a loose contact that was waited for nearly as long as one is."""
-    cap_mm, waits_s = PARK_MM + 3.0, forced_withdrawal.WAITING_S - 0.1
+    cap_mm, waits_s = PARK_MM + 3.0, governor.WAITING_S - 0.1
 
     def creep(time_s: float, _: float) -> Readings:
         trembling_mm = 1e-3 * (round(time_s / DT_S) % 2)
@@ -286,7 +285,7 @@ def test_a_head_stops_where_vacuum_is_lost_behind_a_closed_valve() -> None:
     ticks = run(0.2, advance, report, at(50.0))
     assert tripped(ticks) == set()
     # The filter goes from 100 to 90 mmHg, and 94 are the least.
-    low_s = lost_s + line_filter.FILTER_S * math.log(10.0 / 4.0)
+    low_s = lost_s + vacuum_signature.FILTER_S * math.log(10.0 / 4.0)
     before = [tick for tick in ticks if tick.time_s < low_s + 0.02 - 2 * DT_S]
     after = [tick for tick in ticks if tick.time_s > low_s + 0.02 + 3 * DT_S]
     assert all(tick.verdict.reaction == Reaction.PASS for tick in before)

@@ -4,13 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import Readings
-from opensuction.safety import tip_bound
+from opensuction.kernel.interface import Readings, Setpoints
+from opensuction.safety import limits as safety_limits
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
-from opensuction.safety.governor import forced_withdrawal, governor
-from opensuction.safety.governor.forced_withdrawal import NONE as NOT_FORCED
+from opensuction.safety.governor import governor
+from opensuction.safety.governor.governor import NONE as NOT_FORCED
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.handling import Reaction
 from opensuction.safety.watch import watch
@@ -74,9 +73,9 @@ def test_a_catheter_at_the_mouth_with_its_head_home_is_told_and_nothing_holds_th
 def test_the_barrier_is_held_against_the_tip_only_where_the_tip_is_known(
     head_mm: float, clear: bool
 ) -> None:
-    tip = tip_bound.assume_anywhere(BARRED.tip, head_mm)
-    out = tip_bound.deepest_mm(BARRED.tip, tip) < BARRED.mouth_mm - 1.0
-    within = tip_bound.shallowest_mm(BARRED.tip, tip) > BARRED.mouth_mm + 1.0
+    tip = safety_limits.assume_anywhere(BARRED.tip, head_mm)
+    out = safety_limits.deepest_mm(BARRED.tip, tip) < BARRED.mouth_mm - 1.0
+    within = safety_limits.shallowest_mm(BARRED.tip, tip) > BARRED.mouth_mm + 1.0
     seen = seeing(clear, head_mm, 0.002)[-1].state.watch.durations
     assert (seen.absent_s > 0.0) == (clear and within)
     assert (seen.remaining_s > 0.0) == (not clear and out)
@@ -152,7 +151,7 @@ def test_sensors_that_drift_together_are_told_by_the_motor(
 def test_what_a_bus_repeats_is_no_jam(ticks: int, told: bool) -> None:
     seen = watch.start(LIMITS, 50.0, read=True)
     held = changed(seen, {"durations.jammed_s": 0.2, "bus.stale_ticks": ticks})
-    after = forced_withdrawal.step(NOT_FORCED, held, True, DT_S)
+    after = governor.step_withdrawal(NOT_FORCED, held, True, DT_S)
     assert (after.blocked_s > 0.0) == told
     assert (after.unseen_s > 0.0) == (not told)
 

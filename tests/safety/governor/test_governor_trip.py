@@ -5,12 +5,11 @@ from typing import Any
 
 import pytest
 
-from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings, Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor import governor
 from opensuction.safety.handling import Reaction
-from opensuction.safety.watch import line_filter
+from opensuction.safety.watch import vacuum_signature
 from tests.safety.watchdog import (
     DT_S,
     HEAD_CAP_MM,
@@ -314,7 +313,7 @@ def test_line_vacuum_over_its_limit_is_cut_after_a_fifth_of_a_second() -> None:
 
     ticks = run(0.4, lambda _: stay(50.0), report, at(50.0))
     # The filter has gone half of the way from 149 to 151 mmHg.
-    seen_s = AFTER_S + line_filter.FILTER_S * math.log(2.0)
+    seen_s = AFTER_S + vacuum_signature.FILTER_S * math.log(2.0)
     expect(ticks, Condition.VACUUM_EXCEEDED, seen_s + 0.2, Reaction.WITHDRAW)
     assert not ticks[-1].allowed.pump_on
 

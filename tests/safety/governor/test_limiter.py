@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.interface import Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor import limiter
 from opensuction.safety.handling import Reaction

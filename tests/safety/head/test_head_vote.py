@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
 from opensuction.safety.head import head_vote
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS

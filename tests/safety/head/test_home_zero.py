@@ -2,7 +2,7 @@ import pytest
 
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import GovernorState
-from opensuction.safety.head import home_zero
+from opensuction.safety.head import head_vote
 from tests.safety.watchdog import DT_S, LIMITS, PARK_MM, sound, staying
 
 
@@ -33,7 +33,7 @@ def test_more_than_that_is_not_a_zero(off_mm: float) -> None:
 
 
 def test_away_from_home_nothing_is_learnt() -> None:
-    away_mm = PARK_MM + home_zero.HOME_MM + 0.1
+    away_mm = PARK_MM + head_vote.HOME_MM + 0.1
     assert stood(started(away_mm), away_mm, 0.3, 200).watch.vote.zero_mm == 0.0
 
 

@@ -2,19 +2,19 @@
 
 from collections.abc import Callable
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.readings import Monitor
-from opensuction.safety import patient_limit
+from opensuction.kernel.interface import Monitor
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.safety import limits as safety_limits
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
-from opensuction.safety.patient_limit import PatientLimits
+from opensuction.safety.limits import PatientLimits
 from opensuction.safety.watch import patient_watch
 from opensuction.safety.watch.patient_watch import UNSEEN, PatientWatch
 
 DT_S = 0.01
 """As often as a monitor's pressure comes."""
 PEEP = 6.0
-ADULT = patient_limit.limits_of(AgeGroup.ADULT, PEEP, monitored=True)
+ADULT = safety_limits.limits_of(AgeGroup.ADULT, PEEP, monitored=True)
 WELL = Monitor(
     connected=True,
     spo2_percent=97.0,

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.readings import NO_MONITOR, Monitor
-from opensuction.safety import patient_limit
+from opensuction.kernel.interface import NO_MONITOR, Monitor
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.safety import limits as safety_limits
 from opensuction.safety.condition import Condition
-from opensuction.safety.patient_limit import AGE_LIMITS, COLLAPSING_CMH2O, AgeLimits
+from opensuction.safety.limits import AGE_LIMITS, COLLAPSING_CMH2O, AgeLimits
 from opensuction.safety.watch import patient_watch
 from opensuction.safety.watch.patient_watch import UNSEEN, PatientWatch
 from tests.safety.watch.monitored import (
@@ -41,7 +41,7 @@ def test_a_patient_who_breathes_quietly_is_well() -> None:
 @pytest.mark.requirement("OS-R38")
 @pytest.mark.parametrize("age", AgeGroup)
 def test_each_value_is_judged_at_its_limit_and_not_on_it(age: AgeGroup) -> None:
-    limits = patient_limit.limits_of(age, PEEP, monitored=True)
+    limits = safety_limits.limits_of(age, PEEP, monitored=True)
 
     def found(change: Callable[[Monitor], Monitor]) -> set[Condition]:
         return seen(watched(lambda s: change(breathing(s)), 3.0, limits=limits))
@@ -101,7 +101,7 @@ def test_a_condition_holds_after_its_time_and_is_the_only_one(
 
 def test_pressure_below_peep_is_lost_volume_only_while_the_machine_sucks() -> None:
     for peep in (5.0, PEEP, 12.0):
-        limits = patient_limit.limits_of(AgeGroup.ADULT, peep, monitored=True)
+        limits = safety_limits.limits_of(AgeGroup.ADULT, peep, monitored=True)
         for under, lost in ((3.69, False), (5.21, True), (30.0, True)):
             pressure = peep - under
             sample = at_pressure(pressure)
@@ -117,7 +117,7 @@ def test_pressure_below_peep_is_lost_volume_only_while_the_machine_sucks() -> No
 
 def test_pressure_on_its_way_below_peep_is_lost_volume_a_little_later() -> None:
     """In a stiff lung the next breath loses as much again: 776 mL were lost before an alarm."""
-    limits = patient_limit.limits_of(AgeGroup.ADULT, 12.0, monitored=True)
+    limits = safety_limits.limits_of(AgeGroup.ADULT, 12.0, monitored=True)
     falling = at_pressure(12.0 - 3.71)
     states = watched(lambda _: falling, 0.6, sucking=True, limits=limits)
     assert on_time(states, Condition.LUNG_VOLUME_LOST, 0.4)
@@ -130,7 +130,7 @@ def test_pressure_on_its_way_below_peep_is_lost_volume_a_little_later() -> None:
 def test_a_connector_at_the_rooms_pressure_is_open_whatever_the_peep(
     peep: float, room: float
 ) -> None:
-    limits = patient_limit.limits_of(AgeGroup.ADULT, peep, monitored=True)
+    limits = safety_limits.limits_of(AgeGroup.ADULT, peep, monitored=True)
     states = watched(lambda _: at_pressure(room), 1.1, limits=limits)
     assert on_time(states, Condition.CIRCUIT_DISCONNECTED, 1.0)
     beyond = 1.01 if room > 0.0 else -1.01
@@ -139,13 +139,13 @@ def test_a_connector_at_the_rooms_pressure_is_open_whatever_the_peep(
 
 
 def test_an_expiration_without_peep_is_no_disconnection() -> None:
-    limits = patient_limit.limits_of(AgeGroup.ADULT, 0.0, monitored=True)
+    limits = safety_limits.limits_of(AgeGroup.ADULT, 0.0, monitored=True)
     quiet = lambda s: at_pressure(12.0 if s % 8.0 < 2.0 else 0.0)  # noqa: E731
     assert seen(watched(quiet, 30.0, limits=limits)) == set()
     off = watched(lambda _: at_pressure(0.0), 10.1, limits=limits)
     assert Condition.CIRCUIT_DISCONNECTED in seen(off)
-    least = patient_limit.limits_of(AgeGroup.ADULT, 3.0, monitored=True)
-    assert least.open_s == patient_limit.OPEN_S
+    least = safety_limits.limits_of(AgeGroup.ADULT, 3.0, monitored=True)
+    assert least.open_s == safety_limits.OPEN_S
 
 
 def test_a_value_that_is_missing_now_and_then_hides_nothing() -> None:
@@ -170,7 +170,7 @@ def test_without_a_monitor_nothing_is_judged(
     values: tuple[float, float, float], flags: tuple[bool, bool, bool, bool], sucking: bool
 ) -> None:
     odd = Monitor(flags[0], values[0], flags[1], values[1], flags[2], values[2], flags[3])
-    none = patient_limit.limits_of(AgeGroup.ADULT, PEEP, monitored=False)
+    none = safety_limits.limits_of(AgeGroup.ADULT, PEEP, monitored=False)
     assert watched(lambda _: odd, 0.1, sucking, none)[-1] == UNSEEN
 
 
@@ -208,8 +208,8 @@ def test_conditions_end_a_cycle_only_where_there_is_something_to_withdraw(
 
 def test_limits_follow_age_and_ventilator() -> None:
     assert set(AGE_LIMITS) == set(AgeGroup)
-    assert set(patient_limit.SOURCES) == set(patient_limit.AgeLimits._fields)
-    assert patient_limit.PatientLimits._fields[:6] == patient_limit.AgeLimits._fields
+    assert set(safety_limits.SOURCES) == set(safety_limits.AgeLimits._fields)
+    assert safety_limits.PatientLimits._fields[:6] == safety_limits.AgeLimits._fields
     small = AGE_LIMITS[AgeGroup.NEONATE], AGE_LIMITS[AgeGroup.CHILD], AGE_LIMITS[AgeGroup.ADULT]
     assert [limit.heart_rate_per_min for limit in small] == [100.0, 80.0, 50.0]
     assert ADULT.airway_least_cmh2o == pytest.approx(0.8)
@@ -280,7 +280,7 @@ def test_a_cough_is_no_blocked_expiration(cmh2o: float) -> None:
 
 @pytest.mark.parametrize(("age", "rate_per_min"), [(AgeGroup.NEONATE, 40), (AgeGroup.ADULT, 15)])
 def test_inspirations_that_are_too_high_add_up(age: AgeGroup, rate_per_min: int) -> None:
-    limits = patient_limit.limits_of(age, PEEP, monitored=True)
+    limits = safety_limits.limits_of(age, PEEP, monitored=True)
     period_s, high = 60.0 / rate_per_min, limits.airway_most_cmh2o + 1.0
 
     def forced(time_s: float) -> Monitor:
@@ -291,7 +291,7 @@ def test_inspirations_that_are_too_high_add_up(age: AgeGroup, rate_per_min: int)
 
 
 def test_a_pull_deeper_than_any_breath_is_told_as_soon_as_of_one_who_does_not_breathe() -> None:
-    alone = patient_limit.limits_of(AgeGroup.ADULT, 12.0, monitored=True, breathes=True)
+    alone = safety_limits.limits_of(AgeGroup.ADULT, 12.0, monitored=True, breathes=True)
     for under, after_s in ((9.1, 1.2), (9.3, 0.3), (17.7, 0.3)):
         deep = at_pressure(12.0 - under)
         states = watched(lambda _, it=deep: it, 2.0, sucking=True, limits=alone)  # type: ignore[misc]
@@ -313,7 +313,7 @@ def test_a_breath_of_ones_own_is_no_lost_volume(
     age: AgeGroup, sucking: bool, peep_cmh2o: float, seconds: float
 ) -> None:
     alone, sedated = (
-        patient_limit.limits_of(age, peep_cmh2o, monitored=True, breathes=breathes)
+        safety_limits.limits_of(age, peep_cmh2o, monitored=True, breathes=breathes)
         for breathes in (True, False)
     )
     effort_s = AGE_LIMITS[age].effort_s
@@ -391,7 +391,7 @@ def sinking(per_s: float) -> Report:
 
 def test_a_lung_that_empties_is_told_before_it_is_as_low_as_it_must_not_be() -> None:
     """An adult who breathes: 1.2 s must be waited for, for a breath falls and comes back."""
-    alone = patient_limit.limits_of(AgeGroup.ADULT, 12.0, monitored=True, breathes=True)
+    alone = safety_limits.limits_of(AgeGroup.ADULT, 12.0, monitored=True, breathes=True)
     states = watched(sinking(1.2), 12.0, sucking=True, limits=alone)
     told_s = first_s(states, Condition.LUNG_VOLUME_LOST)
     low = [one.low_s for one in states[: round(told_s / DT_S)]]
@@ -407,7 +407,7 @@ def test_a_lung_that_empties_is_told_before_it_is_as_low_as_it_must_not_be() -> 
 def test_a_half_sine_of_a_breath_is_not_a_lung_that_empties(
     age: AgeGroup, deepest_cmh2o: float
 ) -> None:
-    alone = patient_limit.limits_of(age, 12.0, monitored=True, breathes=True)
+    alone = safety_limits.limits_of(age, 12.0, monitored=True, breathes=True)
     lasts_s = AGE_LIMITS[age].effort_s / 1.2
 
     def pulling(time_s: float) -> Monitor:

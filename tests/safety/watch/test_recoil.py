@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.readings import Monitor
-from opensuction.safety import patient_limit
+from opensuction.kernel.interface import Monitor
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.safety import limits as safety_limits
 from opensuction.safety.condition import Condition
 from opensuction.safety.watch.patient_watch import RISEN_CMH2O
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
@@ -29,7 +29,7 @@ LOST = Condition.LUNG_VOLUME_LOST
 COUGH_AT_S = 5.5
 COUGHED_AT_S = COUGH_AT_S + 0.25
 BY_AGE = {
-    age: patient_limit.limits_of(age, PEEP, monitored=True, breathes=True) for age in AgeGroup
+    age: safety_limits.limits_of(age, PEEP, monitored=True, breathes=True) for age in AgeGroup
 }
 ADULT = BY_AGE[AgeGroup.ADULT]
 LOWEST = PEEP - 4.8

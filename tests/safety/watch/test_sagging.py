@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.readings import Monitor
+from opensuction.kernel.interface import Monitor
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.oracle import harm
-from opensuction.safety import patient_limit
+from opensuction.safety import limits as safety_limits
 from opensuction.safety.condition import Condition
-from opensuction.safety.patient_limit import (
+from opensuction.safety.limits import (
     AGE_LIMITS,
     COLLAPSING_CMH2O,
     SAGGING_CMH2O,
@@ -59,7 +59,7 @@ def sagging(peep_cmh2o: float, by_cmh2o: float) -> Report:
 
 
 def told_s(peep_cmh2o: float, by_cmh2o: float, seconds: float = 20.0) -> float:
-    limits = patient_limit.limits_of(ADULT, peep_cmh2o, monitored=True, breathes=True)
+    limits = safety_limits.limits_of(ADULT, peep_cmh2o, monitored=True, breathes=True)
     report = sagging(peep_cmh2o, by_cmh2o)
     return first_s(watched(report, seconds, sucking=True, limits=limits), LOST)
 
@@ -101,7 +101,7 @@ def test_neither_less_than_that_nor_a_lung_that_holds_its_volume() -> None:
 @pytest.mark.parametrize("gap_s", [0.25, 0.6])
 def test_breaths_of_the_patients_own_do_not_add_up(effort_s: float, gap_s: float) -> None:
     """As deep as they may be, between those of the ventilator and at any time but right before."""
-    limits = patient_limit.limits_of(ADULT, 12.0, monitored=True, breathes=True)
+    limits = safety_limits.limits_of(ADULT, 12.0, monitored=True, breathes=True)
 
     def report(time_s: float) -> Monitor:
         into_s = time_s % PERIOD_S
@@ -117,7 +117,7 @@ def test_breaths_of_the_patients_own_do_not_add_up(effort_s: float, gap_s: float
 
 def test_each_suction_has_its_time() -> None:
     """What sags without suction is none of it, and the next one begins anew."""
-    limits = patient_limit.limits_of(ADULT, 12.0, monitored=True, breathes=True)
+    limits = safety_limits.limits_of(ADULT, 12.0, monitored=True, breathes=True)
     report = sagging(12.0, 2.0)
     seconds = PERIOD_S + INSPIRED_S
     first = watched(report, seconds, sucking=True, limits=limits)

@@ -2,18 +2,15 @@
 
 import pytest
 
-from opensuction.safety import tip_bound
+from opensuction.safety import limits as safety_limits
 from opensuction.safety.head import head_vote
-from opensuction.safety.head.advance_bound import AdvanceBound
 from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
-from opensuction.safety.tip_bound import TipInterval
-from opensuction.safety.watch import contact_window, line_filter, tip_force, watch
+from opensuction.safety.limits import AdvanceBound, TipInterval
+from opensuction.safety.watch import tip_force, vacuum_signature, watch
 from opensuction.safety.watch.bus_watch import BusWatch
-from opensuction.safety.watch.contact_window import ContactWindow
-from opensuction.safety.watch.line_filter import LineFilter
-from opensuction.safety.watch.tip_force import Load, TipForce
-from opensuction.safety.watch.vacuum_signature import START, LineWatch
+from opensuction.safety.watch.tip_force import ContactWindow, Load, TipForce
+from opensuction.safety.watch.vacuum_signature import START, LineFilter, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
 from tests.safety.observer import HEAD_MM, observed, seen
@@ -49,7 +46,7 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.speed_mm_per_s == state.cam_rad == 0.0
     # Whoever was in control before may have left it on its way in.
     assert state.advance.coast_mm_per_s == LIMITS.leaving_mm_per_s
-    assert state.tip == tip_bound.assume_anywhere(LIMITS.tip, HEAD_MM)
+    assert state.tip == safety_limits.assume_anywhere(LIMITS.tip, HEAD_MM)
     assert not state.parked_closed
     assert state.open_contact_ticks == state.late_ticks == 0
     assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
@@ -60,8 +57,8 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.late_share == 0.0
     assert state.valve == ValveAxis(0.0, 0.0, 0.0, resting=False)
     assert state.line == START
-    assert state.window == contact_window.START
-    assert state.filter == line_filter.START
+    assert state.window == tip_force.WINDOW_START
+    assert state.filter == vacuum_signature.FILTER_START
 
 
 def test_a_head_that_was_never_read_has_no_speed_when_it_is() -> None:
@@ -195,7 +192,9 @@ def test_motor_and_catheter_head_disagree_beyond_a_distance_that_is_less_with_th
 
 
 def test_the_tip_is_inside_beyond_its_border_and_not_on_it() -> None:
-    border = tip_bound.deepest_mm(LIMITS.tip, tip_bound.assume_anywhere(LIMITS.tip, HEAD_MM))
+    border = safety_limits.deepest_mm(
+        LIMITS.tip, safety_limits.assume_anywhere(LIMITS.tip, HEAD_MM)
+    )
     for outside_mm, inside in ((border, 0.0), (below(border), DT_S)):
         limits = LIMITS._replace(outside_mm=outside_mm)
         after = observed(seen(), sound(HEAD_MM), limits=limits)
@@ -370,7 +369,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.drive == DriveForce(0.0, 0.0, 0.0, 0.01, 0.0)
     assert after.vote == head_vote.reset(before.vote)
     assert after.runaway_ticks == after.overspeed_ticks == 0
-    assert after.window == (44.0, 0.0, False, contact_window.NOWHERE_MM)
+    assert after.window == (44.0, 0.0, False, tip_force.NOWHERE_MM)
     assert after.pressed == tip_force.START
     assert after.valve == ValveAxis(0.0, 0.0, 0.3, resting=True)
     assert after.line.vacuum_mmhg == 90.0

@@ -1,10 +1,10 @@
 """Words and names in the summary of a cycle."""
 
 from opensuction.procedure.cycle.transition import BROKEN_OFF
-from opensuction.safety.alarm.alarm_episode import Episode
+from opensuction.safety.alarm.alarm_log import Episode
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import WORD
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from opensuction.session.cycle import cycle_summary
 
 

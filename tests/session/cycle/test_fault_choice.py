@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.session.choice import CycleChoice
-from opensuction.session.cycle import cycle_run, fault_choice, resolution
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
@@ -33,12 +33,12 @@ CHOICE = CycleChoice(protocol="adult", compensation="exact-inverse")
     ],
 )
 def test_a_fault_is_read_as_it_is_written(text: str, expected: Injection) -> None:
-    assert fault_choice.parse(text) == expected
+    assert resolution.parse(text) == expected
 
 
 @given(
     st.sampled_from([fault for fault, row in ROWS.items() if row.strength is not None]),
-    st.sampled_from([None, *fault_choice.PHASES.values()]),
+    st.sampled_from([None, *resolution.PHASES.values()]),
     st.floats(0.0, 179.0),
     st.floats(allow_nan=False, allow_infinity=False),
 )
@@ -47,7 +47,7 @@ def test_what_is_written_out_is_read_back(
 ) -> None:
     name = "" if phase is None else f"{phase.name.lower()}+"
     text = f"{fault.title}@{name}{after_s!r}={strength!r}"
-    assert fault_choice.parse(text) == Injection(fault, FaultInstant(phase, after_s), strength)
+    assert resolution.parse(text) == Injection(fault, FaultInstant(phase, after_s), strength)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_what_is_written_out_is_read_back(
 )
 def test_what_cannot_be_meant_is_refused_in_one_line(texts: list[str], said: str) -> None:
     with pytest.raises(InputError) as refused:
-        fault_choice.resolve(texts, "travel")
+        resolution.resolve_faults(texts, "travel")
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.requests import START
+from opensuction.kernel.interface import START
 from opensuction.result.cycle_result import OxygenRecord
 from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.cycle import cycle_run, preoxygenation, resolution
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.trace import Columns
 
@@ -22,8 +22,8 @@ def played(choice: CycleChoice) -> tuple[Prepared, Columns]:
 def test_what_was_confirmed_was_given_and_helps() -> None:
     given, with_oxygen = played(EXACT)
     _, without = played(EXACT._replace(preoxygenation="skipped"))
-    assert preoxygenation.on_record(with_oxygen) == OxygenRecord(True, "confirmed")
-    assert preoxygenation.on_record(without) == OxygenRecord(True, "skipped")
+    assert resolution.on_record(with_oxygen) == OxygenRecord(True, "confirmed")
+    assert resolution.on_record(without) == OxygenRecord(True, "skipped")
     assert with_oxygen["time_s"][0] == without["time_s"][0] == 0.0
     lowest = [np.min(columns["truth.spo2_percent"]) for columns in (with_oxygen, without)]
     assert lowest[0] > lowest[1] + 1.0
@@ -34,13 +34,13 @@ def test_what_was_confirmed_was_given_and_helps() -> None:
 def test_a_prepared_cycle_that_is_simply_played_was_skipped() -> None:
     ready = cycle_run.prepare(resolution.resolve(EXACT))
     columns = cycle_run.play(ready)
-    assert preoxygenation.on_record(columns).state == "skipped"
+    assert resolution.on_record(columns).state == "skipped"
 
 
 def test_a_neonate_and_the_bench_are_given_none() -> None:
     neonate = EXACT._replace(rig=RigChoice(patient="neonate"))
     ready, columns = played(neonate)
-    assert preoxygenation.on_record(columns) == OxygenRecord(False, "not-required")
+    assert resolution.on_record(columns) == OxygenRecord(False, "not-required")
     plain = cycle_run.prepare(resolution.resolve(neonate))
     assert ready.loop.machine == plain.loop.machine
 

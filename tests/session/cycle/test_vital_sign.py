@@ -4,16 +4,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import AgeGroup, Phase
 from opensuction.result.cycle_result import SignCourse
-from opensuction.safety import patient_limit
-from opensuction.session.cycle import vital_sign
+from opensuction.safety import limits
+from opensuction.session.cycle import summary_section
 from opensuction.simulation.trace import Columns
 
 BEGAN_S, END_S = 4.0, 60.0
 TIME_S = np.arange(round(END_S / 1e-3)) * 1e-3
-LIMITS = patient_limit.limits_of(AgeGroup.ADULT, 6.0, monitored=True)
+LIMITS = limits.limits_of(AgeGroup.ADULT, 6.0, monitored=True)
 
 
 def _columns(**changes: npt.NDArray[np.float64]) -> Columns:
@@ -32,7 +31,7 @@ def _columns(**changes: npt.NDArray[np.float64]) -> Columns:
 
 
 def _sign(name: str, columns: Columns, weight_kg: float = 70.0) -> SignCourse:
-    found = getattr(vital_sign.vital_signs(columns, LIMITS, weight_kg), name)
+    found = getattr(summary_section.vital_signs(columns, LIMITS, weight_kg), name)
     assert isinstance(found, SignCourse)
     return found
 
@@ -43,7 +42,7 @@ def _dip(to: float, of: float, back: float, back_s: float) -> npt.NDArray[np.flo
 
 
 def test_what_never_changes_is_back_and_has_no_instant() -> None:
-    found = vital_sign.vital_signs(_columns(), LIMITS, 70.0)
+    found = summary_section.vital_signs(_columns(), LIMITS, 70.0)
     for sign in found:
         assert sign is not None
         assert sign.is_back is True
@@ -96,6 +95,6 @@ def test_a_clock_that_does_not_begin_at_zero_changes_nothing() -> None:
     values = _dip(to=86.0, of=96.0, back=96.0, back_s=40.0)
     columns = _columns(spo2_percent=values)
     later = columns | {"time_s": columns["time_s"] + 3600.0}
-    assert vital_sign.vital_signs(columns, LIMITS, 70.0) == vital_sign.vital_signs(
+    assert summary_section.vital_signs(columns, LIMITS, 70.0) == summary_section.vital_signs(
         later, LIMITS, 70.0
     )

@@ -4,18 +4,21 @@ from functools import cache
 
 import pytest
 
-from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUSTED
-from opensuction.identification.estimator.mouth_passage import AS_IDENTIFIED
+from opensuction.identification.estimator.gap_measurement import (
+    AS_IDENTIFIED,
+    MEASURING_ERROR,
+    TRUSTED,
+)
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.report import ending, notice, sheet
 from opensuction.report.day import day_page
 from opensuction.result.plain import to_json
-from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
+from opensuction.safety.limits import GAP_LEAST, GAP_MOST
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, cycle_summary, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import day_check, day_run, day_summary
+from opensuction.session.day import day_fault, day_run, day_summary
 from opensuction.session.day.day_run import Day
 
 EVERY_MIN = 60.0
@@ -164,11 +167,11 @@ def test_self_calibration_that_could_learn_nothing_is_refused(
     resolved = resolution.resolve(CycleChoice(approach=approach, compensation=compensation))
     every_min = EVERY_MIN if repeat > 1 else None
     with pytest.raises(InputError, match=words):
-        day_check.check(DayChoice(repeat, every_min, self_calibrates=True), resolved)
+        day_fault.check(DayChoice(repeat, every_min, self_calibrates=True), resolved)
 
 
 def test_a_contact_without_a_reversal_is_refused() -> None:
     resolved = resolution.resolve(CycleChoice(approach="contact"))
     without = resolved._replace(protocol=TEMPLATES["adult"]._replace(backoff_mm=0.0))
     with pytest.raises(InputError, match="backoff_mm is 0 mm"):
-        day_check.check(DayChoice(CYCLES, EVERY_MIN, self_calibrates=True), without)
+        day_fault.check(DayChoice(CYCLES, EVERY_MIN, self_calibrates=True), without)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.session.choice import CycleChoice, DayChoice
-from opensuction.session.cycle import cycle_run, fault_choice, resolution
-from opensuction.session.day import day_check, day_fault, day_run, day_summary
+from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.day import day_fault, day_run, day_summary
 from opensuction.session.day.day_run import Day, DayCycle
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant
 
@@ -18,7 +18,7 @@ TWICE = DayChoice(repeat=2, every_min=60.0)
 def played(*faults: str, asked: DayChoice = TWICE) -> tuple[Day, list[DayCycle]]:
     choice = CycleChoice(compensation="exact-inverse", faults=faults)
     resolved = resolution.resolve(choice)
-    day_check.check(asked, resolved)
+    day_fault.check(asked, resolved)
     told: list[DayCycle] = []
     prepared = cycle_run.prepare(resolved)
     return day_run.play(prepared, asked, lambda done, *_: told.append(done)), told
@@ -37,7 +37,7 @@ def played(*faults: str, asked: DayChoice = TWICE) -> tuple[Day, list[DayCycle]]
 def test_an_instant_counts_from_the_start_of_the_day(
     text: str, cycle: int, at: FaultInstant
 ) -> None:
-    found = day_fault.place(HOURLY, fault_choice.parse(text))
+    found = day_fault.place(HOURLY, resolution.parse(text))
     assert (found.cycle, found.at) == (cycle, at)
 
 

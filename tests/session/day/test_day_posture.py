@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared

@@ -10,8 +10,8 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.interlocks import LIFE_S
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
-from opensuction.session.cycle import cycle_run, preoxygenation, resolution
-from opensuction.session.day import day_check, day_run, day_summary
+from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.day import day_fault, day_run, day_summary
 from opensuction.session.day.day_run import Day
 from tests.quiet_patient import quiet
 
@@ -73,7 +73,7 @@ def test_a_person_looks_at_the_patient_after_every_third_pass_and_answers_before
 
 def test_oxygen_is_given_before_each_cycle_and_taken_back_after_it() -> None:
     samples, second = day().samples, day().cycles[1]
-    before = samples.time_s < second.start_s - preoxygenation.GIVEN_S - day_run.WAKE_S
+    before = samples.time_s < second.start_s - resolution.GIVEN_S - day_run.WAKE_S
     at_rest = (samples.time_s > 1800.0) & before
     resting = np.median(samples.spo2_percent[at_rest])
     during = (samples.time_s > second.start_s) & (samples.time_s < second.start_s + 60.0)
@@ -123,4 +123,4 @@ def test_what_is_no_day_is_refused(
 ) -> None:
     resolved = resolution.resolve(CycleChoice(RigChoice("bench" if bench else "clinical")))
     with pytest.raises(InputError, match=words):
-        day_check.check(DayChoice(repeat, every_min), resolved)
+        day_fault.check(DayChoice(repeat, every_min), resolved)

@@ -8,9 +8,9 @@ import pytest
 
 from opensuction.identification.estimator import adaptation
 from opensuction.identification.estimator.adaptation import Evidence, Finding
-from opensuction.identification.estimator.gap_scale import TRUSTED
-from opensuction.identification.estimator.mouth_passage import (
+from opensuction.identification.estimator.gap_measurement import (
     AS_IDENTIFIED,
+    TRUSTED,
     UNKNOWN,
     Missed,
     Shift,
@@ -21,7 +21,7 @@ from opensuction.result.plain import to_json
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import day_calibration, day_check, day_run, day_summary
+from opensuction.session.day import day_calibration, day_fault, day_run, day_summary
 from opensuction.session.day.day_run import Day
 from opensuction.simulation.trace import Columns
 
@@ -62,7 +62,7 @@ def chosen(folder: Path, patient: str, seed: int, scale: float, deeper_mm: float
 
 def prepared(choice: CycleChoice) -> Prepared:
     resolved = resolution.resolve(choice)
-    day_check.check(ASKED, resolved)
+    day_fault.check(ASKED, resolved)
     return cycle_run.prepare(resolved)
 
 

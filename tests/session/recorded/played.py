@@ -7,10 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.tick_table import TABLES, TICKS
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows, TimedEvent
+from opensuction.recording.cycle_file.row_schema import TABLES, TICKS, Table
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, fault_run, resolution

@@ -8,7 +8,7 @@ import pytest
 from opensuction import __version__
 from opensuction.controller.real_time_call import OUTPUT_COLUMNS
 from opensuction.kernel import arithmetic_fingerprint
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.runtime.replay import replay
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice

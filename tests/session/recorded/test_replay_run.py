@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.arithmetic_fingerprint import fingerprint
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
-from opensuction.recording.cycle_file.tick_table import STARTS, TABLES, TICK_COLUMNS, TICKS
+from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader, Rows
+from opensuction.recording.cycle_file.row_schema import STARTS, TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.result.plain import to_json
 from opensuction.session.choice import CycleChoice, RigChoice

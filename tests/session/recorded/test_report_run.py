@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows
+from opensuction.recording.cycle_file.row_schema import TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.report import series
 from opensuction.result.plain import to_json

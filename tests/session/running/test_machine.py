@@ -11,7 +11,7 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import configuration
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
+from opensuction.kernel.vocabulary import name_of
 from opensuction.machine.twin.twin_machine import TwinMachine
 from opensuction.records.records import Records
 from opensuction.runtime import paths

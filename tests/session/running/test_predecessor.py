@@ -10,22 +10,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from opensuction.cli import exit_status
+from opensuction.cli import entry
 from opensuction.cli.command import serve
 from opensuction.cli.command.run import MachineOptions
 from opensuction.cli.interruption import Stopped
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.ipc.ring import RingWriter
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase, name_of
 from opensuction.machine.twin import twin_machine
 from opensuction.runtime import control_process, paths
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.running import console_settings, machine, predecessor
+from opensuction.session.running import console_settings, machine
 from opensuction.session.running.machine import Running
 
 NAME = f"test-lost-{os.getpid()}"
@@ -110,7 +109,7 @@ def test_it_outlives_an_end_in_which_the_machine_does_not_answer(
 def test_what_cannot_be_read_is_nothing(folder: Path, text: str) -> None:
     (folder / paths.BEFORE).write_text(text)
     assert control_process.read_before(folder) is None
-    assert predecessor.find(folder) is None
+    assert machine.find(folder) is None
 
 
 @pytest.mark.parametrize(
@@ -118,7 +117,7 @@ def test_what_cannot_be_read_is_nothing(folder: Path, text: str) -> None:
     [
         (60.0, "did not answer any more, and the catheter's tip was last inside", 1),
         (-500.0, "did not answer any more; the catheter's tip was last outside", 1),
-        (None, "ended in order", exit_status.DONE),
+        (None, "ended in order", entry.DONE),
     ],
 )
 def test_serve_says_how_it_ended(

@@ -11,16 +11,14 @@ import pytest
 from opensuction.console.console_process import LOG_FILE, PrivateLog
 from opensuction.controller.configuration import Configuration
 from opensuction.ipc import heartbeat
-from opensuction.ipc.event_ring import EventWriter
-from opensuction.ipc.heartbeat import Heartbeat
+from opensuction.ipc.heartbeat import Heartbeat, ProcessLock
 from opensuction.ipc.mailbox import Mailbox
-from opensuction.ipc.process_lock import ProcessLock
-from opensuction.ipc.read_checkpoint import ReadCheckpoint
+from opensuction.ipc.ring import EventWriter, ReadCheckpoint
 from opensuction.kernel.errors import InputError
-from opensuction.machine.backend import BACKEND
+from opensuction.machine.port import BACKEND
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import BEGUN
-from opensuction.runtime import launch, machine_identity, paths
+from opensuction.runtime import launch, paths
 from opensuction.session.running import basis, console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
 from opensuction.twin.plant import PlantState
@@ -47,7 +45,7 @@ def listen(folder: Path) -> None:
 
 
 WRITERS: dict[str, Callable[[Path], object]] = {
-    paths.ABOUT: lambda folder: machine_identity.write(folder, ABOUT),
+    paths.ABOUT: lambda folder: paths.write(folder, ABOUT),
     paths.BASIS: lambda folder: basis.write(folder, at_bed()),
     paths.CONFIGURATION: lambda folder: launch.configure(folder, CHOSEN),
     paths.CONSOLE: lambda folder: console_settings.write(folder, CONSOLE),
@@ -92,11 +90,11 @@ def test_no_file_is_written_through_a_link_in_its_place(tmp_path: Path, name: st
 
 
 def test_a_recorder_s_folder_is_the_user_s_alone(tmp_path: Path) -> None:
-    from opensuction.cli import output_folder
+    from opensuction.cli import delivery
 
     before = os.umask(0)
     try:
-        with output_folder.reserve(tmp_path / "runs" / "kept", "twin", private=True):
+        with delivery.reserve(tmp_path / "runs" / "kept", "twin", private=True):
             pass
     finally:
         os.umask(before)

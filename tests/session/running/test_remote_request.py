@@ -3,7 +3,7 @@
 import pytest
 
 from opensuction.result.plain import to_json
-from opensuction.session.running.remote_request import Answer, say
+from opensuction.session.running.run import Answer, say
 
 PRESSED = Answer("m", "oxygen-skipped", "Kim", "k1", "pressed", "parked")
 

@@ -8,8 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from opensuction.ipc.event_ring import EventWriter
-from opensuction.ipc.ring import RingWriter
+from opensuction.ipc.ring import EventWriter, RingWriter
 from opensuction.records.entry import CycleEnd, Outcome
 from opensuction.records.records import Records
 from opensuction.result.plain import to_json

@@ -6,9 +6,9 @@ import pytest
 
 from opensuction.safety.condition import Condition
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.annunciation import Annunciation
-from opensuction.simulation.injection import catheter_retention
-from opensuction.simulation.injection.catheter_retention import (
+from opensuction.simulation.injection import run_judgement
+from opensuction.simulation.injection.fault_instant import AT_START, Injection
+from opensuction.simulation.injection.run_judgement import (
     HELD,
     LOOSE,
     PARTED,
@@ -16,7 +16,7 @@ from opensuction.simulation.injection.catheter_retention import (
     SLIPPED,
     Unavoidable,
 )
-from opensuction.simulation.injection.fault_instant import AT_START, Injection
+from opensuction.simulation.outcome import Annunciation
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -25,7 +25,7 @@ MACHINE = rigs.rig("clinical", 1, patient="child-10kg").machine
 
 def why(*faults: tuple[Fault, float]) -> Unavoidable | None:
     came = [Injection(fault, AT_START, strength) for fault, strength in faults]
-    return catheter_retention.find_unavoidable(MACHINE, came)
+    return run_judgement.find_unavoidable(MACHINE, came)
 
 
 @pytest.mark.parametrize(
@@ -97,6 +97,6 @@ def test_told_is_the_first_high_alarm_after_the_fault_whoever_raised_it() -> Non
         Annunciation(Condition.LINE_CLOGGED, 3.0, "controller"),
         Annunciation(Condition.RESERVE_ENERGY_USED, 5.0, "power"),
     ]
-    assert catheter_retention.told_s(told, 0.5) == 1.0
-    assert catheter_retention.told_s(told, 2.0) == 5.0
-    assert math.isnan(catheter_retention.told_s(told, 6.0))
+    assert run_judgement.told_s(told, 0.5) == 1.0
+    assert run_judgement.told_s(told, 2.0) == 5.0
+    assert math.isnan(run_judgement.told_s(told, 6.0))

@@ -6,8 +6,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.faulty_run import FaultyRun
-from opensuction.simulation.injection.row_buffer import RowBuffer
+from opensuction.simulation.injection.faulty_run import FaultyRun, RowBuffer
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 

@@ -7,18 +7,17 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.simulation.injection import first_sign, injection, safe_state
+from opensuction.simulation.injection import injection, invariant
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
-from opensuction.simulation.injection.first_sign import Detector
-from opensuction.simulation.injection.injection import Injected, InjectedRun
-from opensuction.simulation.injection.safe_state import SafeBounds
+from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun
+from opensuction.simulation.injection.invariant import SafeBounds
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 
@@ -141,9 +140,9 @@ def test_an_expired_catheter_is_refused_its_start() -> None:
 
 
 def safe_after_s(found: InjectedRun, *names: str) -> float:
-    held = safe_state.holds(found.columns, names, BOUNDS)
+    held = invariant.holds(found.columns, names, BOUNDS)
     at_s = found.faults[0].at_s
-    return safe_state.safe_s(found.columns, held, at_s) - at_s
+    return invariant.safe_s(found.columns, held, at_s) - at_s
 
 
 def test_drives_without_a_controller_bring_the_catheter_out_and_the_next_one_goes_on() -> None:
@@ -213,5 +212,5 @@ def test_what_the_drives_do_alone_is_no_word_of_the_controller() -> None:
     found, lost = single(Fault.POWER_LOST, at(Phase.INSERTING))
     assert lost.notice is not None
     assert lost.notice.detector == Detector.DRIVE
-    assert first_sign.find_notice(found.columns, 0.0) != lost.notice
+    assert injection.find_notice(found.columns, 0.0) != lost.notice
     assert injection.find_first_sign(found, 0.0) == lost.notice

@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle.check import CheckItem
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, resolution

@@ -5,20 +5,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation import annunciation
+from opensuction.simulation import outcome
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.patient_fault import COUGH_S, SHORTENING_MM_PER_CMH2O
+from opensuction.twin.fault.fault_table import COUGH_S, ROWS, SHORTENING_MM_PER_CMH2O
 
 ADDED = [fault for fault in Fault if fault >= Fault.ENCODER_GLITCH]
 
@@ -118,7 +117,7 @@ def test_a_tube_that_comes_out_takes_the_catheter_with_it() -> None:
     assert tip[first + 1] - tip[first - 1] == pytest.approx(-120.0, abs=1.0)
     shown = run.columns["readings.monitor.airway_pressure_cmh2o"]
     assert np.all(np.abs(shown[first + 20 :]) < 0.1)
-    told = {item.condition for item in annunciation.told(run.columns)}
+    told = {item.condition for item in outcome.told(run.columns)}
     assert Condition.CIRCUIT_DISCONNECTED in told
 
 

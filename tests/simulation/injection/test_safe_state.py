@@ -5,10 +5,10 @@ import numpy.typing as npt
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.simulation.closed_loop import COLUMNS, DT_S
-from opensuction.simulation.injection import safe_state
-from opensuction.simulation.injection.safe_state import SafeBounds
+from opensuction.simulation.injection import invariant
+from opensuction.simulation.injection.invariant import SafeBounds
 from opensuction.simulation.trace import Columns
 
 BOUNDS = SafeBounds(boundary_mm=-80.0, vented_mmhg=5.0, vacuum_mmhg=150.0, contact_n=0.01)
@@ -43,30 +43,30 @@ def trace(ticks: int, **changes: npt.ArrayLike) -> Columns:
 def test_a_predicate_tells_safe_from_unsafe(
     name: str, safe: dict[str, npt.ArrayLike], unsafe: dict[str, npt.ArrayLike]
 ) -> None:
-    assert np.all(safe_state.holds(trace(200, **safe), [name], BOUNDS))
-    assert not safe_state.holds(trace(200, **unsafe), [name], BOUNDS)[-1]
+    assert np.all(invariant.holds(trace(200, **safe), [name], BOUNDS))
+    assert not invariant.holds(trace(200, **unsafe), [name], BOUNDS)[-1]
 
 
 def test_a_tip_that_was_inside_was_inserted() -> None:
     tip = np.repeat([-90.0, -70.0, -90.0], 10)
-    held = safe_state.holds(trace(30, truth__tip_mm=tip), ["not-inserted"], BOUNDS)
+    held = invariant.holds(trace(30, truth__tip_mm=tip), ["not-inserted"], BOUNDS)
     np.testing.assert_array_equal(held, np.arange(30) < 10)
 
 
 def test_all_that_is_asked_must_hold() -> None:
     columns = trace(10, truth__tip_mm=-90.0, truth__line_vacuum_mmhg=np.linspace(20.0, 0.0, 10))
-    both = safe_state.holds(columns, ["tip-outside", "vented"], BOUNDS)
+    both = invariant.holds(columns, ["tip-outside", "vented"], BOUNDS)
     np.testing.assert_array_equal(both, columns["truth.line_vacuum_mmhg"] <= 5.0)
 
 
 def test_an_unknown_safe_state_is_refused_with_the_known() -> None:
     with pytest.raises(InputError, match="unknown safe state 'asleep': one of tip-outside"):
-        safe_state.holds(trace(5), ["asleep"], BOUNDS)
+        invariant.holds(trace(5), ["asleep"], BOUNDS)
 
 
 def test_safe_is_from_when_it_holds_to_the_end() -> None:
     columns = trace(6)
     held = np.array([True, False, True, False, True, True])
-    assert safe_state.safe_s(columns, held, 0.0) == pytest.approx(4 * DT_S)
-    assert safe_state.safe_s(columns, held, 5 * DT_S) == pytest.approx(5 * DT_S)
-    assert np.isnan(safe_state.safe_s(columns, ~held, 0.0))
+    assert invariant.safe_s(columns, held, 0.0) == pytest.approx(4 * DT_S)
+    assert invariant.safe_s(columns, held, 5 * DT_S) == pytest.approx(5 * DT_S)
+    assert np.isnan(invariant.safe_s(columns, ~held, 0.0))

@@ -5,8 +5,8 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.twin.airway import tip
-from opensuction.twin.airway.tip import Tip
+from opensuction.twin.airway import airway
+from opensuction.twin.airway.airway import Tip
 
 PVC = Tip(carina_n_per_mm=0.5, catheter_n_per_mm=0.9, buckling_n=0.2, post_buckling_ratio=0.05)
 TIPS = st.builds(
@@ -19,18 +19,18 @@ TIPS = st.builds(
 
 
 def test_short_of_the_carina_nothing_presses() -> None:
-    assert tip.touch(PVC, 70.0, 69.9) == (69.9, 0.0)
+    assert airway.touch(PVC, 70.0, 69.9) == (69.9, 0.0)
 
 
 def test_two_springs_share_the_overlap() -> None:
-    touched = tip.touch(PVC, 70.0, 70.2)
+    touched = airway.touch(PVC, 70.0, 70.2)
     force = 0.2 / (1 / 0.5 + 1 / 0.9)
     assert math.isclose(touched.force_n, force)
     assert math.isclose(touched.tip_mm, 70.0 + force / 0.5)
 
 
 def test_a_buckled_tip_presses_little_harder() -> None:
-    deep = tip.touch(PVC, 70.0, 80.0)
+    deep = airway.touch(PVC, 70.0, 80.0)
     assert PVC.buckling_n < deep.force_n < 0.4  # 10 mm of overlap would be 3.2 N unbuckled
 
 
@@ -38,8 +38,8 @@ def test_a_buckled_tip_presses_little_harder() -> None:
 def test_force_grows_with_the_overlap_and_never_jumps(
     shape: Tip, overlap: float, more: float
 ) -> None:
-    here = tip.touch(shape, 70.0, 70.0 + overlap)
-    there = tip.touch(shape, 70.0, 70.0 + overlap + more)
+    here = airway.touch(shape, 70.0, 70.0 + overlap)
+    there = airway.touch(shape, 70.0, 70.0 + overlap + more)
     stiffest = 1.0 / (1.0 / shape.carina_n_per_mm + 1.0 / shape.catheter_n_per_mm)
     assert here.force_n <= there.force_n + 1e-12
     assert there.force_n - here.force_n <= stiffest * more + 1e-9

@@ -5,7 +5,7 @@ import pytest
 
 from opensuction.kernel.record import Array
 from opensuction.twin import parameter
-from opensuction.twin.behaviour import behaviour_preset
+from opensuction.twin.behaviour import behaviour_parameter
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES, PRESETS
 from tests.twin.behaviour import bed
@@ -60,7 +60,8 @@ def test_in_pieces_it_is_the_same() -> None:
 def test_deeper_sedation_makes_coughs_and_breaths_rarer_and_coughs_weaker(name: str) -> None:
     values = parameter.nominal(PATIENT_TABLES[name])
     awake, light, deep = (
-        behaviour_preset.assemble({**values, "sedation_ratio": ratio}) for ratio in (0.0, 0.4, 1.0)
+        behaviour_parameter.assemble({**values, "sedation_ratio": ratio})
+        for ratio in (0.0, 0.4, 1.0)
     )
     assert awake.cough.peak_cmh2o == values["cough_cmh2o"]
     assert light.cough.peak_cmh2o == pytest.approx(0.8 * values["cough_cmh2o"])

@@ -5,8 +5,8 @@ import pytest
 
 from opensuction.kernel.record import Array
 from opensuction.twin import bedside, coupling
-from opensuction.twin.behaviour import clearance
-from opensuction.twin.behaviour.clearance import Clearance, Store
+from opensuction.twin.behaviour import behaviour
+from opensuction.twin.behaviour.behaviour import Clearance, Store
 from tests.twin.behaviour import bed
 
 CARINA_MM = 65.0
@@ -28,7 +28,7 @@ def go_on(
     loose: Array, store: Store, seconds: float, muscle: float = 0.0, made: Array = NOTHING
 ) -> tuple[Array, Store]:
     for _ in range(round(seconds / 0.1)):
-        loose, store = clearance.step(
+        loose, store = behaviour.step_clearance(
             USUAL, loose + 0.1 * made, store, made, CARINA_MM, muscle, 0.1
         )
     return loose, store
@@ -43,7 +43,7 @@ def middle(loose: Array) -> float:
 
 
 def test_none_is_lost_whatever_moves_it() -> None:
-    loose, store = clearance.part(USUAL, LYING)
+    loose, store = behaviour.part(USUAL, LYING)
     assert loose.sum() == pytest.approx(0.65 * 3.0)
     assert whole_ml(loose, store) == pytest.approx(3.0)
     for muscle in (0.0, 80.0, -5.0):
@@ -54,7 +54,7 @@ def test_none_is_lost_whatever_moves_it() -> None:
 
 def test_cilia_carry_them_to_the_tube_and_no_further() -> None:
     """3 mm a minute: a centimetre, one bin, in 200 s; after an hour all is at the top."""
-    loose, store = clearance.part(USUAL._replace(deep_share=0.0), LYING)
+    loose, store = behaviour.part(USUAL._replace(deep_share=0.0), LYING)
     later, _ = go_on(loose, store, 200.0)
     assert middle(loose) - middle(later) == pytest.approx(1.0, abs=0.1)
     late, after = go_on(loose, store, 3600.0)
@@ -63,7 +63,7 @@ def test_cilia_carry_them_to_the_tube_and_no_further() -> None:
 
 
 def test_a_cough_brings_them_up_by_centimetres_and_some_of_them_out() -> None:
-    loose, store = clearance.part(USUAL, LYING)
+    loose, store = behaviour.part(USUAL, LYING)
     once, _ = go_on(loose, store, 0.3, muscle=45.0)
     assert 1.0 < middle(loose) - middle(once) < 3.0
     many, after = go_on(loose, store, 3.0, muscle=45.0)
@@ -72,18 +72,18 @@ def test_a_cough_brings_them_up_by_centimetres_and_some_of_them_out() -> None:
 
 
 def test_what_sticks_comes_loose_in_hours() -> None:
-    loose, store = clearance.part(USUAL, LYING)
+    loose, store = behaviour.part(USUAL, LYING)
     _, later = go_on(loose, store, 7200.0)
     ratio = later.adherent_ml / store.adherent_ml
     assert ratio == pytest.approx(np.exp(-1.0), rel=0.01)
 
 
 def test_resistance_is_as_stated_with_the_usual_ones_and_grows_with_what_gathers() -> None:
-    loose, store = clearance.part(USUAL, LYING)
-    assert clearance.resistance_ratio(USUAL, loose, store) == pytest.approx(1.0)
-    assert clearance.resistance_ratio(USUAL, NOTHING, clearance.EMPTY) == pytest.approx(0.85)
-    assert clearance.resistance_ratio(USUAL, loose + LYING, store) == pytest.approx(1.15)
-    assert clearance.resistance_ratio(USUAL, 1000.0 * LYING, store) == 4.0
+    loose, store = behaviour.part(USUAL, LYING)
+    assert behaviour.resistance_ratio(USUAL, loose, store) == pytest.approx(1.0)
+    assert behaviour.resistance_ratio(USUAL, NOTHING, behaviour.EMPTY) == pytest.approx(0.85)
+    assert behaviour.resistance_ratio(USUAL, loose + LYING, store) == pytest.approx(1.15)
+    assert behaviour.resistance_ratio(USUAL, 1000.0 * LYING, store) == 4.0
 
 
 def test_gathered_secretions_cost_tidal_volume() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from opensuction.kernel import random_stream
-from opensuction.twin.behaviour import cough
-from opensuction.twin.behaviour.cough import Cough
+from opensuction.twin.behaviour import spontaneous_event
+from opensuction.twin.behaviour.spontaneous_event import Cough
 from tests.twin.behaviour import bed
 
 SOURCE = random_stream.stream(3, 9)
@@ -16,10 +16,10 @@ OFTEN = Cough(0.01, 0.2, peak_cmh2o=80.0, push_s=0.3, refractory_s=1.5)
 
 
 def course(one: Cough, stimulus: float, seconds: float) -> list[float]:
-    state, seen = cough.silent(SOURCE), []
+    state, seen = spontaneous_event.silent(SOURCE), []
     for _ in range(round(seconds / DT_S)):
-        state = cough.step(one, state, stimulus, DT_S)
-        seen.append(cough.pressure_cmh2o(one, state))
+        state = spontaneous_event.step(one, state, stimulus, DT_S)
+        seen.append(spontaneous_event.pressure_cmh2o(one, state))
     return seen
 
 

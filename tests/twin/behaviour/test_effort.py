@@ -5,8 +5,8 @@ import pytest
 
 from opensuction.kernel import random_stream
 from opensuction.kernel.record import Array
-from opensuction.twin.behaviour import effort
-from opensuction.twin.behaviour.effort import Effort
+from opensuction.twin.behaviour import spontaneous_event
+from opensuction.twin.behaviour.spontaneous_event import Effort
 from tests.twin.behaviour import bed
 
 SOURCE = random_stream.stream(3, 9)
@@ -14,10 +14,10 @@ DT_S = 0.01
 
 
 def course(one: Effort, seconds: float) -> Array:
-    state, seen = effort.silent(one, SOURCE), []
+    state, seen = spontaneous_event.silent_effort(one, SOURCE), []
     for _ in range(round(seconds / DT_S)):
-        state = effort.step(one, state, DT_S)
-        seen.append(effort.pressure_cmh2o(one, state))
+        state = spontaneous_event.step_effort(one, state, DT_S)
+        seen.append(spontaneous_event.pressure_cmh2o_effort(one, state))
     return np.array(seen)
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from opensuction.kernel import random_stream
 from opensuction.twin import preset
-from opensuction.twin.behaviour import posture
-from opensuction.twin.behaviour.posture import Posture, PostureState
+from opensuction.twin.behaviour import spontaneous_event
+from opensuction.twin.behaviour.spontaneous_event import Posture, PostureState
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState
 from tests.twin.behaviour import bed
@@ -17,10 +17,10 @@ RESTLESS = Posture(per_s=0.05, inside_share=0.1, carina_mm=3.0, gap_ratio=0.04)
 
 def goals(inside: bool, seconds: float) -> tuple[list[PostureState], PostureState]:
     """The states right after each move, and the last."""
-    state, moved = posture.settled(random_stream.stream(1, 9)), []
+    state, moved = spontaneous_event.settled(random_stream.stream(1, 9)), []
     for _ in range(round(10.0 * seconds)):
         before = state.carina_goal_mm
-        state = posture.step(RESTLESS, state, inside, 0.1)
+        state = spontaneous_event.step_posture(RESTLESS, state, inside, 0.1)
         if state.carina_goal_mm != before:
             moved.append(state)
     return moved, state
@@ -46,10 +46,10 @@ def test_the_carina_goes_some_mm_either_way_and_does_not_wander_off() -> None:
 
 
 def test_a_move_takes_a_second_or_two() -> None:
-    state = posture.settled(random_stream.stream(1, 9))._replace(carina_goal_mm=6.0)
+    state = spontaneous_event.settled(random_stream.stream(1, 9))._replace(carina_goal_mm=6.0)
     for _ in range(200):
         before = state.carina_mm
-        state = posture.step(RESTLESS._replace(per_s=0.0), state, False, 0.01)
+        state = spontaneous_event.step_posture(RESTLESS._replace(per_s=0.0), state, False, 0.01)
         assert state.carina_mm - before < 0.13
     assert state.carina_mm == pytest.approx(6.0, abs=0.15)
 

@@ -5,11 +5,11 @@ import pytest
 
 from opensuction.hysteresis import bouc_wen
 from opensuction.twin import parameter, preset, transmission_parameter
-from opensuction.twin.conduit import bouc_wen_lag, transmission_class
+from opensuction.twin.conduit import play_line, rate_friction
 from opensuction.twin.machine import transmission
 from tests.twin.conduit.example import DT_S, strokes_mm
 
-CLASS = transmission_class.BOUC_WEN
+CLASS = play_line.BOUC_WEN
 VALUES = parameter.nominal(parameter.BENCH | transmission_parameter.rows(CLASS))
 DRAWN = preset.transmission_of(VALUES, CLASS)
 STILL = DRAWN._replace(creep=DRAWN.creep._replace(fast_mm=0.0, slow_mm=0.0))
@@ -41,6 +41,6 @@ def test_a_long_move_is_the_short_ones_of_which_it_consists() -> None:
     lag = STILL.bouc_wen
     memory = 0.3
     for _ in range(200):
-        memory = bouc_wen_lag.step(lag, memory, -0.02)
-    assert bouc_wen_lag.step(lag, 0.3, -4.0) == pytest.approx(memory, abs=1e-6)
-    assert bouc_wen_lag.step(lag, 0.3, 0.0) == 0.3
+        memory = rate_friction.step_bouc_wen_lag(lag, memory, -0.02)
+    assert rate_friction.step_bouc_wen_lag(lag, 0.3, -4.0) == pytest.approx(memory, abs=1e-6)
+    assert rate_friction.step_bouc_wen_lag(lag, 0.3, 0.0) == 0.3

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from opensuction.twin import parameter, preset, transmission_parameter
-from opensuction.twin.conduit import rate_friction, transmission_class
+from opensuction.twin.conduit import play_line, rate_friction
 from opensuction.twin.machine import transmission
 from tests.twin.conduit.example import DT_S, strokes_mm
 
-CLASS = transmission_class.RUBBING
+CLASS = play_line.RUBBING
 VALUES = parameter.nominal(parameter.BENCH | transmission_parameter.rows(CLASS))
 DRAWN = preset.transmission_of(VALUES, CLASS)
 ROUNDING_MM = 1e-12

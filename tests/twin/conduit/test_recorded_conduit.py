@@ -9,7 +9,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import simulate
 from opensuction.hysteresis.preisach import Preisach
 from opensuction.settings import conduit_file
 from opensuction.twin import parameter, preset, transmission_parameter
-from opensuction.twin.conduit import conduit_fit, play_line, recorded_conduit
+from opensuction.twin.conduit import conduit_fit, play_line
 from opensuction.twin.machine import transmission
 from tests.twin.conduit.example import DT_S, strokes_mm
 
@@ -24,7 +24,7 @@ def test_a_preisach_conduit_is_the_catalogues_preisach_model(name: str) -> None:
     weights[:rows] = conduit.cell_mm * conduit.gains
     model = Preisach(0.0, levels * conduit.cell_mm, weights, conduit.offset_mm)
     whole = simulate(CATALOGUE["preisach"], model, HEADS, -1.0)
-    assert recorded_conduit.tip_mm(conduit, HEADS) == pytest.approx(whole, abs=1e-9)
+    assert play_line.tip_mm(conduit, HEADS) == pytest.approx(whole, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", conduit_file.READOUT)
@@ -40,13 +40,13 @@ def test_a_readout_conduit_is_the_catalogues_play_readout(name: str) -> None:
         offset_mm=conduit.offset_mm,
     )
     whole = simulate(CATALOGUE["play-readout"], model, HEADS, -1.0)
-    assert recorded_conduit.tip_mm(conduit, HEADS) == pytest.approx(whole, abs=1e-9)
+    assert play_line.tip_mm(conduit, HEADS) == pytest.approx(whole, abs=1e-9)
 
 
 def test_a_wider_gap_takes_so_much_longer_to_cross() -> None:
     conduit = conduit_file.load("readout-25").conduit
     heads = np.array([20.0, 60.0, 20.0])  # within the range, after a long retract
-    tip, wide = (recorded_conduit.tip_mm(conduit, heads, ratio) for ratio in (1.0, 1.2))
+    tip, wide = (play_line.tip_mm(conduit, heads, ratio) for ratio in (1.0, 1.2))
     # On the way in the tip is half a gap behind, on the way out half a gap ahead.
     assert wide[1] < tip[1]
     assert wide[0] > tip[0]
@@ -63,7 +63,7 @@ def test_the_twins_form_is_near_the_conduit_and_never_falls(name: str) -> None:
     drawn = preset.transmission_of(values, chosen)
     still = drawn._replace(creep=drawn.creep._replace(fast_mm=0.0, slow_mm=0.0))
     tips = transmission.simulate(still, transmission.after_retract(still, 10.0), HEADS, DT_S)
-    whole = recorded_conduit.tip_mm(conduit, np.append(10.0, HEADS))[1:]
+    whole = play_line.tip_mm(conduit, np.append(10.0, HEADS))[1:]
     assert np.sqrt(np.mean(np.square(tips - whole))) < 0.25
     ahead = np.diff(np.append(10.0, HEADS)) > 0.0
     moves = np.diff(np.append(tips[0], tips))
@@ -75,13 +75,13 @@ def test_a_fit_finds_the_conduit_that_made_the_record() -> None:
     """Of a conduit of the same plays and cells without noise next to nothing is left."""
     made = play_line_example()
     heads = strokes_mm(2000.0, 0.0, 120.0, 0.0, 100.0, 20.0, 80.0, 40.0, 60.0, 0.0, 120.0, 0.0)
-    found = conduit_fit.fit("readout", heads, recorded_conduit.tip_mm(made, heads))
+    found = conduit_fit.fit("readout", heads, play_line.tip_mm(made, heads))
     assert found.past == -1.0
     # The penalties pull each gain towards its neighbours, over a range of 110 mm.
     assert found.residual_mm < 0.1
 
 
-def play_line_example() -> recorded_conduit.RecordedConduit:
+def play_line_example() -> play_line.RecordedConduit:
     start = conduit_fit.empty("readout")
     gains = np.zeros_like(start.gains)
     gains[2], gains[3] = 0.5, np.linspace(0.3, 0.4, gains.shape[1])

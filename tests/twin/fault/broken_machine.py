@@ -1,6 +1,6 @@
 """The nominal bench, healthy and with faults, driven by hand."""
 
-from opensuction.kernel.commands import Commands
+from opensuction.kernel.interface import Commands
 from opensuction.twin import preset
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS

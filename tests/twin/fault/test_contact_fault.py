@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel import random_stream
-from opensuction.twin.airway import tip
+from opensuction.twin.airway import airway
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.machine import contact_switch, transmission
 from opensuction.twin.machine.machine import Machine
@@ -73,7 +73,7 @@ def test_a_late_switch_is_read_after_its_delay() -> None:
 
 
 def force_n(twin: Machine, free_tip_mm: float) -> float:
-    return float(tip.touch(twin.airway.tip, twin.airway.carina_mm, free_tip_mm).force_n)
+    return float(airway.touch(twin.airway.tip, twin.airway.carina_mm, free_tip_mm).force_n)
 
 
 def test_a_tip_that_misses_the_carina_meets_nothing_until_deeper() -> None:

@@ -3,11 +3,12 @@
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.readings import NO_MONITOR, Readings
+from opensuction.kernel.interface import NO_MONITOR, Readings
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import BY_NAME, Fault, FaultSite
 from opensuction.twin.fault.fault_row import (
+    FaultOnset,
     FaultRow,
     LinkEffect,
     MachineEffect,
@@ -15,7 +16,6 @@ from opensuction.twin.fault.fault_row import (
     ReadingEffect,
 )
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.parameter import BENCH, nominal
 
 MACHINE = preset.machine(nominal(BENCH))._replace(mouth_mm=-90.0)

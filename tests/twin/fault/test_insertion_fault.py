@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from opensuction.twin import preset
+from opensuction.twin.fault.drive_fault import KINK_N
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.insertion_fault import KINK_N
 from opensuction.twin.machine import machine, suction_line, transmission
 from tests.twin.fault.broken_machine import HEALTHY, IDLE, PUSHING, faulty, parked, run
 from tests.twin.holding import DT_S

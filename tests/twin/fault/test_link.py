@@ -5,12 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Commands
-from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
+from opensuction.kernel.interface import NO_MONITOR, Commands, Monitor, Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.fault.link import MONITOR_TICKS, Link, LinkState, Message
 
 HEALTHY = link.healthy(seed=1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from opensuction.kernel.readings import NO_MONITOR
+from opensuction.kernel.interface import NO_MONITOR
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import PatientEffect
 from opensuction.twin.fault.fault_table import ROWS

@@ -7,12 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.readings import NO_MONITOR, Readings
+from opensuction.kernel.interface import NO_MONITOR, Readings
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import ReadingEffect
+from opensuction.twin.fault.fault_row import FaultOnset, ReadingEffect, for_good
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.fault_time import FaultOnset, for_good
 from opensuction.twin.fault.reading_fault import HEALTHY, JUMP_TICKS, Channel, Mode, ReadingFault
 
 AT_INSTANT = Readings(

@@ -3,14 +3,14 @@
 import pytest
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.machine import machine, valve_mechanism
+from opensuction.twin.machine import dc_axis, machine
 from opensuction.twin.machine.machine import Machine, MachineState
 from tests.twin.fault.broken_machine import HEALTHY, IDLE, OPENING, faulty, parked, run
 from tests.twin.holding import DT_S
 
 
 def opened(twin: Machine, state: MachineState) -> float:
-    return float(valve_mechanism.open_ratio(twin.valve, state.valve.position))
+    return float(dc_axis.open_ratio(twin.valve, state.valve.position))
 
 
 def test_a_slide_that_sticks_does_not_answer_to_the_cam() -> None:

@@ -6,9 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.twin import parameter, preset
-from opensuction.twin.machine import bore, suction_line
-from opensuction.twin.machine.bore import EMPTY, Bore, BoreState
-from opensuction.twin.machine.suction_line import SuctionLine, SuctionState
+from opensuction.twin.machine import suction_line
+from opensuction.twin.machine.suction_line import EMPTY, Bore, BoreState, SuctionLine, SuctionState
 
 DT_S = 0.001
 BENCH = preset.machine(parameter.nominal(parameter.BENCH))
@@ -18,7 +17,7 @@ L_PER_MIN = 0.06
 
 
 def plug(volume_ml: float, mucus: Bore = BORE, flow_ml_per_s: float = 0.0) -> BoreState:
-    drag = bore.drag_mmhg_s_per_ml(mucus, volume_ml, flow_ml_per_s)
+    drag = suction_line.drag_mmhg_s_per_ml(mucus, volume_ml, flow_ml_per_s)
     return EMPTY._replace(mucus_ml=volume_ml, front_ml=volume_ml, drag_mmhg_s_per_ml=drag)
 
 
@@ -27,7 +26,7 @@ def settled_flow(mucus: Bore, state: BoreState, vacuum_mmhg: float) -> float:
     flow = 0.0
     for _ in range(200):
         state = plug(state.mucus_ml, mucus, flow)
-        lost = bore.lost_mmhg(mucus, state, vacuum_mmhg, FREE)
+        lost = suction_line.lost_mmhg(mucus, state, vacuum_mmhg, FREE)
         flow = FREE * math.sqrt(vacuum_mmhg - lost)
     return flow
 
@@ -44,7 +43,7 @@ def test_what_comes_in_lies_there_or_is_in_the_canister(
     for mucus_ml, flow, ticks in path:
         for _ in range(ticks):
             before = state
-            state = bore.step(BORE, state, mucus_ml, flow, DT_S)
+            state = suction_line.step_bore(BORE, state, mucus_ml, flow, DT_S)
             entered += mucus_ml
             assert state.mucus_ml >= 0.0
             assert state.canister_ml >= before.canister_ml
@@ -54,15 +53,15 @@ def test_what_comes_in_lies_there_or_is_in_the_canister(
 
 def test_the_paper_s_bore_holds_19_ml_and_a_millilitre_fills_10_cm() -> None:
     assert BORE.volume_ml == pytest.approx(19.2, abs=0.05)  # [calc-line]
-    assert bore.plug_mm(BORE, 1.0) == pytest.approx(104.0, abs=0.1)
+    assert suction_line.plug_mm(BORE, 1.0) == pytest.approx(104.0, abs=0.1)
 
 
 def test_yield_holds_the_plugs_that_facts_say_it_holds() -> None:
     """At 120 mmHg: 10, 50 and 100 Pa block plugs longer than 1.4, .28 and .14 m."""
     for yield_pa, length_m in ((10.0, 1.4), (50.0, 0.28), (100.0, 0.14)):
-        mucus_ml = length_m * 1000.0 / bore.plug_mm(BORE, 1.0)
+        mucus_ml = length_m * 1000.0 / suction_line.plug_mm(BORE, 1.0)
         thick = BORE._replace(yield_pa=yield_pa)
-        assert bore.holding_mmhg(thick, mucus_ml) == pytest.approx(120.0, rel=0.02)
+        assert suction_line.holding_mmhg(thick, mucus_ml) == pytest.approx(120.0, rel=0.02)
         assert settled_flow(thick, plug(1.05 * mucus_ml), 120.0) == 0.0
         assert settled_flow(thick, plug(0.9 * mucus_ml), 120.0) > 0.0
 
@@ -72,13 +71,13 @@ def test_drag_at_the_stated_shear_rate_is_hagen_and_poiseuille_s() -> None:
 
     Beyond the 5 cm that are in the uptake.
     """
-    mucus_ml = 100.0 / bore.plug_mm(BORE, 1.0)
-    speed = bore.STATED_PER_S * BORE.diameter_mm / 8.0
-    flow = speed * bore.area_mm2(BORE) / 1000.0
-    drag = bore.drag_mmhg_s_per_ml(BORE, mucus_ml, flow) / bore.PROFILE
+    mucus_ml = 100.0 / suction_line.plug_mm(BORE, 1.0)
+    speed = suction_line.STATED_PER_S * BORE.diameter_mm / 8.0
+    flow = speed * suction_line.area_mm2(BORE) / 1000.0
+    drag = suction_line.drag_mmhg_s_per_ml(BORE, mucus_ml, flow) / suction_line.PROFILE
     assert 120.0 / drag == pytest.approx(1.2, abs=0.03)
     # Thinner the faster it flows.
-    assert bore.drag_mmhg_s_per_ml(BORE, mucus_ml, 10.0 * flow) < 0.3 * drag
+    assert suction_line.drag_mmhg_s_per_ml(BORE, mucus_ml, 10.0 * flow) < 0.3 * drag
 
 
 def test_more_mucus_lets_less_through() -> None:
@@ -88,19 +87,19 @@ def test_more_mucus_lets_less_through() -> None:
 
 
 def test_a_plug_travels_before_it_arrives_and_stays_when_nothing_flows() -> None:
-    state = bore.step(BORE, EMPTY, 0.5, 0.0, DT_S)
+    state = suction_line.step_bore(BORE, EMPTY, 0.5, 0.0, DT_S)
     assert (state.mucus_ml, state.front_ml) == (0.5, 0.5)
     flow, ticks = 50.0, 0
     while state.canister_ml == 0.0:
-        state = bore.step(BORE, state, 0.0, flow, DT_S)
+        state = suction_line.step_bore(BORE, state, 0.0, flow, DT_S)
         ticks += 1
     assert ticks * DT_S == pytest.approx((BORE.volume_ml - 0.5) / flow, abs=2.0 * DT_S)
-    held = bore.step(BORE, state, 0.0, 0.0, 60.0)
+    held = suction_line.step_bore(BORE, state, 0.0, 0.0, 60.0)
     assert held._replace(drag_mmhg_s_per_ml=state.drag_mmhg_s_per_ml) == state
     # At rest it is as thick as at the slowest shear.
     assert held.drag_mmhg_s_per_ml > state.drag_mmhg_s_per_ml > 0.0
     for _ in range(20):
-        state = bore.step(BORE, state, 0.0, flow, DT_S)
+        state = suction_line.step_bore(BORE, state, 0.0, flow, DT_S)
     assert state.mucus_ml == 0.0
     assert state.canister_ml == pytest.approx(0.5, rel=1e-9)
 
@@ -112,7 +111,7 @@ def signature(
     state = SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0)
     for _ in range(20_000):
         clog = plug(clogged_ml, mucus, state.gas_ml_per_s)
-        lost = bore.lost_mmhg(mucus, clog, state.vacuum_mmhg, FREE)
+        lost = suction_line.lost_mmhg(mucus, clog, state.vacuum_mmhg, FREE)
         state = suction_line.step(line, state, True, 120.0, 1.0, lost, DT_S)
     return state.vacuum_mmhg, L_PER_MIN * state.gas_ml_per_s
 

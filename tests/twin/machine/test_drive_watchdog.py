@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Commands
+from opensuction.kernel.interface import Commands
 from opensuction.twin import preset
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS

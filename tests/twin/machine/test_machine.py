@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.commands import Commands
+from opensuction.kernel.interface import Commands
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState

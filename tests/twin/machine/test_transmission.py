@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from opensuction.hysteresis import play_bundle
 from opensuction.kernel.compiled import compiled
 from opensuction.twin import parameter, preset
-from opensuction.twin.machine import creep, transmission
+from opensuction.twin.machine import transmission
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
 from tests.hysteresis import distributed_play
 
@@ -125,7 +125,7 @@ def test_creep_has_its_amplitude_and_time_constant(fast: bool, seconds: float) -
     state, _ = follow(conduit, transmission.after_retract(conduit, -1000.0), [0.0], speed)
     amplitude = 0.15 if fast else 0.10
     # 3 mm/s draw half of it; the catheter follows at the head's speed.
-    drawn = amplitude * speed / (speed + creep.VELOCITY_MM_PER_S)
+    drawn = amplitude * speed / (speed + transmission.VELOCITY_MM_PER_S)
     final = rest(conduit, state, 20.0 * seconds)
     assert final.tip_mm - state.tip_mm == pytest.approx(drawn, rel=2e-3)
     later = rest(conduit, state, seconds)

@@ -2,9 +2,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.twin.patient import airflow
-from opensuction.twin.patient.airflow import Airflow
-from opensuction.twin.patient.ventilator import Supply
+from opensuction.twin.patient import ventilator
+from opensuction.twin.patient.ventilator import Airflow, Supply
 
 EXPIRATION = Supply(
     target_cmh2o=6.0, source_cmh2o_s_per_ml=0.014, limit_ml_per_s=500.0, valve_cmh2o_s_per_ml=0.004
@@ -14,7 +13,7 @@ LUNG = 0.009
 
 
 def suck(ml_per_s: float, lung_cmh2o: float = 6.0) -> Airflow:
-    return airflow.solve(EXPIRATION, TUBE, lung_cmh2o, LUNG, ml_per_s)
+    return ventilator.solve(EXPIRATION, TUBE, lung_cmh2o, LUNG, ml_per_s)
 
 
 @given(
@@ -28,7 +27,7 @@ def test_what_flows_in_flows_out_and_pressures_fit_the_flows(
     target: float, lung_cmh2o: float, suction: float, tube: float, limit: float
 ) -> None:
     supply = EXPIRATION._replace(target_cmh2o=target, limit_ml_per_s=limit)
-    found = airflow.solve(supply, tube, lung_cmh2o, LUNG, suction)
+    found = ventilator.solve(supply, tube, lung_cmh2o, LUNG, suction)
     flow = found.tube_ml_per_s
     assert found.lung_ml_per_s == pytest.approx(flow - suction, abs=1e-9)
     assert flow <= limit
@@ -41,11 +40,11 @@ def test_what_flows_in_flows_out_and_pressures_fit_the_flows(
 
 
 def test_without_suction_peep_holds() -> None:
-    assert suck(0.0) == airflow.still(6.0)
+    assert suck(0.0) == ventilator.still(6.0)
 
 
 def test_compensated_suction_costs_the_droop_and_the_tube() -> None:
-    found = airflow.solve(EXPIRATION, TUBE, 3.12, LUNG, 200.0)
+    found = ventilator.solve(EXPIRATION, TUBE, 3.12, LUNG, 200.0)
     assert found.tube_ml_per_s == pytest.approx(200.0, abs=0.1)
     assert found.trachea_cmh2o == pytest.approx(6.0 - 0.014 * 200.0 - TUBE * 200.0**2, abs=0.01)
 

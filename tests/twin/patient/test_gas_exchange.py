@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin.patient import airflow, gas_exchange
-from opensuction.twin.patient.airflow import Airflow
+from opensuction.twin.patient import gas_exchange, ventilator
 from opensuction.twin.patient.gas_exchange import BODY_PER_STANDARD, DRY_MMHG, GasExchange, GasState
+from opensuction.twin.patient.ventilator import Airflow
 
 DT_S = 0.01
-STILL = airflow.still(0.0)
+STILL = ventilator.still(0.0)
 
 
 class Case(NamedTuple):

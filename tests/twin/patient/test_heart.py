@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.safety.patient_limit import AGE_LIMITS
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.safety.limits import AGE_LIMITS
 from opensuction.twin import parameter
-from opensuction.twin.patient import heart
-from opensuction.twin.patient.heart import Heart, HeartState
+from opensuction.twin.patient import patient_monitor
+from opensuction.twin.patient.patient_monitor import Heart, HeartState
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES, PRESETS
 from opensuction.twin.patient.patient_preset import AGE_GROUPS
 
@@ -23,12 +23,12 @@ def after(
     state: HeartState, stimulus: float, seconds: float, saturation: float = WELL
 ) -> HeartState:
     for _ in range(round(seconds / DT_S)):
-        state = heart.step(HEART, state, stimulus, saturation, DT_S)
+        state = patient_monitor.step_heart(HEART, state, stimulus, saturation, DT_S)
     return state
 
 
 def test_the_tone_rises_and_fades_as_first_order() -> None:
-    rest = heart.at_rest(HEART)
+    rest = patient_monitor.at_rest_heart(HEART)
     risen = after(rest, 1.0, 2.0)
     # Backward Euler of 10 ms is within half a step of the exponential.
     assert risen.tone == pytest.approx(1.0 - math.exp(-1.0), abs=0.002)
@@ -40,18 +40,18 @@ def test_the_tone_rises_and_fades_as_first_order() -> None:
 
 
 def test_stimuli_are_ranked() -> None:
-    assert heart.stimulus(False, True, True) == 0.0
-    catheter = heart.stimulus(True, False, False)
-    suction = heart.stimulus(True, True, False)
-    carina = heart.stimulus(True, False, True)
-    assert 0.0 < catheter < suction <= carina == heart.stimulus(True, True, True) == 1.0
+    assert patient_monitor.stimulus(False, True, True) == 0.0
+    catheter = patient_monitor.stimulus(True, False, False)
+    suction = patient_monitor.stimulus(True, True, False)
+    carina = patient_monitor.stimulus(True, False, True)
+    assert 0.0 < catheter < suction <= carina == patient_monitor.stimulus(True, True, True) == 1.0
 
 
 @pytest.mark.parametrize(
     ("saturation", "share"), [(1.0, 1.0), (0.6, 1.0), (0.4, 0.65), (0.2, 0.3), (0.0, 0.3)]
 )
 def test_deep_hypoxia_alone_slows_the_heart(saturation: float, share: float) -> None:
-    slowed = after(heart.at_rest(HEART), 0.0, 0.1, saturation)
+    slowed = after(patient_monitor.at_rest_heart(HEART), 0.0, 0.1, saturation)
     assert slowed.rate_per_min == pytest.approx(80.0 * share)
 
 
@@ -63,10 +63,10 @@ def test_deep_hypoxia_alone_slows_the_heart(saturation: float, share: float) -> 
 def test_the_rate_stays_between_rest_and_its_floor(
     stimuli: list[float], saturation: float, dt_s: float
 ) -> None:
-    state = heart.at_rest(HEART)
-    floor = 80.0 * 0.5 * (1.0 - heart.HYPOXIC_FALL)
+    state = patient_monitor.at_rest_heart(HEART)
+    floor = 80.0 * 0.5 * (1.0 - patient_monitor.HYPOXIC_FALL)
     for stimulus in stimuli:
-        state = heart.step(HEART, state, stimulus, saturation, dt_s)
+        state = patient_monitor.step_heart(HEART, state, stimulus, saturation, dt_s)
         assert 0.0 <= state.tone <= 1.0
         assert floor - 1e-9 <= state.rate_per_min <= 80.0
 

@@ -2,20 +2,20 @@ from itertools import pairwise
 
 import pytest
 
-from opensuction.twin.patient import oximeter
-from opensuction.twin.patient.oximeter import OximeterState
+from opensuction.twin.patient import patient_monitor
+from opensuction.twin.patient.patient_monitor import OximeterState
 
 DT_S = 0.01
-METER = oximeter.of_delay(20.0, 8.0)
+METER = patient_monitor.of_delay(20.0, 8.0)
 
 
 def show(saturations: list[float], start: float = 0.97) -> list[float]:
     """Shown percentages, one a step, for a second of each given saturation."""
-    state: OximeterState = oximeter.at_rest(start)
+    state: OximeterState = patient_monitor.at_rest(start)
     shown = []
     for saturation in saturations:
         for _ in range(100):
-            state = oximeter.step(METER, state, saturation, DT_S)
+            state = patient_monitor.step(METER, state, saturation, DT_S)
             shown.append(state.shown_percent)
     return shown
 
@@ -45,7 +45,7 @@ def test_the_display_changes_twice_a_second() -> None:
 
 
 def test_what_it_cannot_remember_is_cut() -> None:
-    longest = oximeter.of_delay(500.0, 500.0)
-    assert longest.delay_samples + longest.average_samples <= oximeter.MEMORY
-    quickest = oximeter.of_delay(0.0, 0.0)
+    longest = patient_monitor.of_delay(500.0, 500.0)
+    assert longest.delay_samples + longest.average_samples <= patient_monitor.MEMORY
+    quickest = patient_monitor.of_delay(0.0, 0.0)
     assert (quickest.delay_samples, quickest.average_samples) == (0, 1)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from opensuction.twin import parameter, preset
-from opensuction.twin.airway import tip
+from opensuction.twin.airway import airway as airway_model
 from opensuction.twin.patient import patient_airway, patient_preset
 from opensuction.twin.patient.patient_parameter import PRESETS
 
@@ -63,7 +63,7 @@ def test_a_tip_searched_with_to_the_end_spares_the_carina(name: str) -> None:
         values = parameter.draw(parameter.CLINICAL, seed)
         pressing = preset.machine(values, patient).airway.tip
         assert pressing.buckling_n > 1.1 * values["switch_n"]
-        assert tip.touch(pressing, 0.0, 10.0).force_n < 0.3
+        assert airway_model.touch(pressing, 0.0, 10.0).force_n < 0.3
 
 
 def test_a_patient_replaces_just_what_is_said_to_be_replaced() -> None:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.twin.patient import patient_kind, patient_preset
 from opensuction.twin.patient.patient_kind import PatientKind
 from opensuction.twin.patient.patient_parameter import PRESETS

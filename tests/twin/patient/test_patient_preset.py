@@ -3,8 +3,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.twin import parameter
 from opensuction.twin.behaviour.behaviour_parameter import SWITCH
 from opensuction.twin.patient import patient as patient_model

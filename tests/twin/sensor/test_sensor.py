@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 
 from opensuction.kernel import random_stream
 from opensuction.twin import parameter
-from opensuction.twin.sensor import sensor, sensor_preset
+from opensuction.twin.parameter import SENSORS
+from opensuction.twin.sensor import sensor
 from opensuction.twin.sensor.sensor import Measured, Sensors, SensorState
-from opensuction.twin.sensor.sensor_parameter import SENSORS
 
 DT_S = 0.001
-SOLD = sensor_preset.sensors(parameter.nominal(SENSORS))
-EXACT = sensor_preset.exact(SOLD)
+SOLD = sensor.sensors(parameter.nominal(SENSORS))
+EXACT = sensor.exact_sensors(SOLD)
 TRUTH = Measured(head_mm=12.345, carriage_mm=12.3, cam_rad=0.25, vacuum_mmhg=97.3, current_a=0.004)
 
 

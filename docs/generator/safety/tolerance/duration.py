@@ -6,10 +6,10 @@ from typing import NamedTuple
 from docs.generator.safety.tolerance.sensor_error import most
 from docs.generator.safety.tolerance.threshold import Constant
 from opensuction.procedure.cycle import check, progress
-from opensuction.safety import patient_limit
-from opensuction.safety.watch import contact_window, patient_watch
+from opensuction.safety.limits import AGE_LIMITS, SHAKEN_S
+from opensuction.safety.watch import patient_watch, tip_force
 from opensuction.safety.watch.watch import RELEASE_TICKS
-from opensuction.twin.behaviour import artefact, cough, effort
+from opensuction.twin.behaviour import behaviour, spontaneous_event
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.parameter import CLINICAL, SPREAD_LIMIT
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -43,16 +43,16 @@ def cough_s(presets: Iterable[str] = PATIENT_TABLES) -> tuple[float, float]:
 
 
 def _contact() -> list[Duration]:
-    window, push = "safety.watch.contact_window", cough_s()
+    window, push = "safety.watch.tip_force", cough_s()
     bounce = most("switch_bounce_s"), CLINICAL["switch_bounce_s"].high
     return [
         Duration(
             ((window, "IMPOSSIBLE_S"),),
             "a cough that lays the wall of the trachea on the tip",
-            contact_window.IMPOSSIBLE_S,
+            tip_force.IMPOSSIBLE_S,
             *push,
             (Fault.SWITCH_STUCK_CLOSED, Fault.SWITCH_BRIDGED),
-            contact_window.IMPOSSIBLE_S,
+            tip_force.IMPOSSIBLE_S,
             "the head is held meanwhile",
         ),
         Duration(
@@ -86,7 +86,7 @@ def _contact() -> list[Duration]:
 
 
 def _patient() -> list[Duration]:
-    watch, longest_s = "safety.watch.patient_watch", artefact.LONGEST_S
+    watch, longest_s = "safety.watch.patient_watch", behaviour.LONGEST_S
     return [
         Duration(
             ((watch, "ARTEFACT_S"), (watch, "JUMP_PERCENT")),
@@ -114,7 +114,7 @@ def _patient() -> list[Duration]:
 def _coughs() -> list[Duration]:
     """Pushes of the patient that raise the airway pressure."""
     rows = []
-    for age, limits in patient_limit.AGE_LIMITS.items():
+    for age, limits in AGE_LIMITS.items():
         presets = [name for name, group in AGE_GROUPS.items() if group == age]
         rows.append(
             Duration(
@@ -126,7 +126,7 @@ def _coughs() -> list[Duration]:
                 limits.cough_s,
                 "a cough is above the limit for a part of its time; coughs add up, less a share of "
                 "the time between them",
-                f"`cough_s` {limits.cough_s:g} (`safety.patient_limit`)",
+                f"`cough_s` {limits.cough_s:g} (`safety.limits`)",
             )
         )
     return rows
@@ -134,29 +134,29 @@ def _coughs() -> list[Duration]:
 
 def _breaths() -> list[Duration]:
     """Pulls of the patient that lower the airway pressure."""
-    limit = "safety.patient_limit"
-    cough_s = cough.INSPIRATION_S
+    limit = "safety.limits"
+    cough_s = spontaneous_event.INSPIRATION_S
     rows = [
         Duration(
             ((limit, "SHAKEN_S"),),
             "the breath before a cough, of a patient without breaths of their own",
-            patient_limit.SHAKEN_S,
+            SHAKEN_S,
             cough_s,
             cough_s,
             (Fault.LUNG_VOLUME_LOST, Fault.CIRCUIT_DISCONNECTED),
-            patient_limit.SHAKEN_S,
+            SHAKEN_S,
             "no margin; only the middle of it is below the limit",
         )
     ]
-    for age, limits in patient_limit.AGE_LIMITS.items():
-        less = limits.effort_s < effort.LONGEST_S
+    for age, limits in AGE_LIMITS.items():
+        less = limits.effort_s < spontaneous_event.LONGEST_S
         rows.append(
             Duration(
                 (),
                 f"a breath of their own, {age.name.lower()}",
                 limits.effort_s,
-                effort.LONGEST_S,
-                effort.LONGEST_S,
+                spontaneous_event.LONGEST_S,
+                spontaneous_event.LONGEST_S,
                 (Fault.LUNG_VOLUME_LOST, Fault.CIRCUIT_DISCONNECTED),
                 limits.effort_s,
                 "shorter than the longest breath: it must be weak, or above the limit for a part"

@@ -7,7 +7,7 @@ from docs.generator.safety.tolerance.sensor_error import Errors, most
 from docs.generator.safety.tolerance.threshold import Borne, Chance, Constant, Threshold
 from opensuction.controller import machine_profile
 from opensuction.safety.governor import judgement
-from opensuction.safety.head import head_vote, home_zero
+from opensuction.safety.head import head_vote
 from opensuction.safety.watch import bus_watch, head_watch
 from opensuction.twin import parameter
 from opensuction.twin.fault.fault import Fault
@@ -31,9 +31,9 @@ def _carriage(errors: Errors, beyond_mm: float = 0.0) -> Borne:
     The zero was learnt on one side of the play.
     """
     noise, step = errors["carriage_noise_mm"], errors["carriage_sensor_mm"]
-    learnt = SPREAD_LIMIT * low_pass(home_zero.LEARN_S).ratio * noise
+    learnt = SPREAD_LIMIT * low_pass(head_vote.LEARN_S).ratio * noise
     static = most("gear_backlash_mm") + step + learnt + beyond_mm
-    if _home(errors).static > home_zero.MOST_MM:
+    if _home(errors).static > head_vote.MOST_MM:
         static += errors["carriage_zero_mm"]
     return Borne(static=static, sigma=noise)
 
@@ -134,10 +134,10 @@ def _sensors() -> list[Threshold]:
     sucking = _after(judgement.DISAGREE_SUCKING_S / DT_S)
     disagree = _after(judgement.DISAGREE_S / DT_S)
     home = Threshold(
-        (("safety.head.home_zero", "MOST_MM"),),
+        (("safety.head.head_vote", "MOST_MM"),),
         "zero of the second sensor at home, up to which it is learnt",
         "mm",
-        home_zero.MOST_MM,
+        head_vote.MOST_MM,
         _home,
         "mounting, half of the play, half a step",
         CARRIAGE,
@@ -145,7 +145,7 @@ def _sensors() -> list[Threshold]:
         WHITE,
         1,
         (Fault.ENCODER_OFFSET,),
-        home_zero.STILL_TICKS * DT_S + home_zero.LEARN_S,
+        head_vote.STILL_TICKS * DT_S + head_vote.LEARN_S,
     )
     return [
         _apart(

@@ -2,13 +2,11 @@
 
 LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
     "time constants and windows: what they leave of noise is in the rows": {
-        "safety.watch.vacuum_signature": ("RATE_S", "RISING_MMHG"),
-        "safety.watch.line_filter": ("FILTER_S", "ZERO_S"),
+        "safety.watch.vacuum_signature": ("RATE_S", "RISING_MMHG", "FILTER_S", "ZERO_S"),
         "safety.watch.head_watch": ("SPEED_WINDOW_S",),
         "safety.watch.watch": ("LATE_S",),
         "safety.head.drive_force": ("SETTLING_S", "OFFSET_S"),
-        "safety.head.head_vote": ("FORGET_S", "DRAW_SHARE"),
-        "safety.head.home_zero": ("LEARN_S", "STILL_TICKS"),
+        "safety.head.head_vote": ("FORGET_S", "DRAW_SHARE", "LEARN_S", "STILL_TICKS"),
         "procedure.cycle.check": ("VACUUM_SETTLE_S", "LEAK_AVERAGE_S"),
     },
     "parts of a threshold that has a row": {
@@ -17,7 +15,7 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
         "safety.watch.head_watch": ("MODEL_LAG_S", "RUNAWAY_MM"),
         "safety.head.head_vote": ("BAD_TICKS", "SURPRISED_TICKS"),
         "safety.head.drive_force": ("BORNE_SHARE", "INERTIA_SHARE", "MOST_RATIO", "MM_PER_M"),
-        "safety.patient_limit": (
+        "safety.limits": (
             "LOST_CMH2O",
             "LOSING_CMH2O",
             "SAGGING_CMH2O",
@@ -59,11 +57,11 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
         "safety.watch.watch": ("VENTED_MMHG", "PARKED_MM"),
         "safety.governor.judgement": ("AWAY_MM", "OVERSHOOT_MM"),
         "safety.head.drive_force": ("STILL_MM_PER_S",),
-        "safety.head.home_zero": ("HOME_MM",),
-        "safety.head.motor_speed": ("SATURATED_SHARE",),
-        "safety.patient_limit": ("LEAST_PEEP_CMH2O",),
-        "safety.watch.contact_window": ("RELEASE_MM", "NOWHERE_MM"),
+        "safety.head.head_vote": ("HOME_MM", "SATURATED_SHARE"),
+        "safety.limits": ("LEAST_PEEP_CMH2O",),
         "safety.watch.tip_force": (
+            "RELEASE_MM",
+            "NOWHERE_MM",
             "SPEED_S",
             "STEADY_MM_PER_S",
             "GOING_MM_PER_S",
@@ -81,7 +79,10 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
         "safety.watch.watch": ("BARRIER_MM",),
         "safety.governor.judgement": ("ABSENT_S", "REMAINING_S"),
         "safety.watch.patient_watch": ("HEART_RATE_S", "ROOM_CMH2O"),
-        "safety.patient_limit": ("BREATH_CMH2O", "OPEN_S"),
+        "safety.limits": ("BREATH_CMH2O", "OPEN_S"),
+    },
+    "bound what a calibration may say: no reading is held against them": {
+        "safety.limits": ("GAP_LEAST", "GAP_MOST"),
     },
 }
 """Names by module, below the reason."""

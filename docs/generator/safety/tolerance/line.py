@@ -8,14 +8,14 @@ from docs.generator.safety.tolerance.sensor_error import Errors, least, most, sp
 from docs.generator.safety.tolerance.threshold import Borne, Chance, Constant, Threshold
 from opensuction.controller.governor_limit import OPEN_LOW_SHARE, VACUUM_MARGIN, line_limits
 from opensuction.controller.machine_profile import CLINICAL as PROFILE
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.constant import ATMOSPHERE_MMHG, ML_PER_S
+from opensuction.kernel.unit import ATMOSPHERE_MMHG, ML_PER_S
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.procedure.cycle import progress
 from opensuction.procedure.planning.clinical import ADULT, PAEDIATRIC
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.procedure.planning.planner import WAY_IN_MMHG
 from opensuction.safety.governor.judgement import PERSISTENCE_S
-from opensuction.safety.watch import line_filter, vacuum_signature
+from opensuction.safety.watch import vacuum_signature
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.machine.catheter import BY_AGE_GROUP, CATHETERS
 from opensuction.twin.parameter import CLINICAL, SPREAD_LIMIT
@@ -35,16 +35,16 @@ SENSOR = (
     "vacuum_gain",
     "vacuum_step_mmhg",
 )
-SMOOTH = low_pass(line_filter.FILTER_S)
-SLOW = low_pass(line_filter.FILTER_S, vacuum_signature.RATE_S)
-RATE = rate(line_filter.FILTER_S, vacuum_signature.RATE_S)
-LEARNT = low_pass(line_filter.FILTER_S, line_filter.ZERO_S)
+SMOOTH = low_pass(vacuum_signature.FILTER_S)
+SLOW = low_pass(vacuum_signature.FILTER_S, vacuum_signature.RATE_S)
+RATE = rate(vacuum_signature.FILTER_S, vacuum_signature.RATE_S)
+LEARNT = low_pass(vacuum_signature.FILTER_S, vacuum_signature.ZERO_S)
 
 
 def offset_left(errors: Errors) -> float:
     """Offset that is left once it was learnt: what wandered since, and the noise in it."""
     offset, drift = errors["vacuum_offset_mmhg"], errors["vacuum_drift_mmhg"]
-    if offset + drift > line_filter.ZERO_MMHG:
+    if offset + drift > vacuum_signature.ZERO_MMHG:
         return offset + drift
     wandered = math.sqrt(2.0 * (1.0 - math.exp(-SINCE_VENTED_S / DRIFT_S)))
     learnt = LEARNT.ratio * errors["vacuum_noise_mmhg"]
@@ -173,7 +173,7 @@ def _building(errors: Errors) -> Borne:
 
 def thresholds() -> list[Threshold]:
     """What the governor watches while a cycle runs, and what the way in waits for."""
-    filter_s, low_s = line_filter.FILTER_S, vacuum_signature.CLOSED_LOW_S
+    filter_s, low_s = vacuum_signature.FILTER_S, vacuum_signature.CLOSED_LOW_S
     flow_s = vacuum_signature.NO_FLOW_S + vacuum_signature.REST_SETTLE_S + vacuum_signature.RATE_S
     template = row((), "", Place(0.0, 0.0, 0.0), "", (), 0.0)
     return [

@@ -20,9 +20,9 @@ from docs.generator.safety.tolerance.threshold import (
     value_of,
 )
 from opensuction.safety.head import drive_force
-from opensuction.safety.watch import head_watch, line_filter
+from opensuction.safety.watch import head_watch, vacuum_signature
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.sensor.sensor_parameter import SENSORS
+from opensuction.twin.parameter import SENSORS
 
 Measured = dict[str, Any]
 MEASURED = Path(__file__).resolve().parents[3] / "evidence" / "2026-11-23-tolerance.json"
@@ -232,7 +232,7 @@ def _left_out() -> list[str]:
 def _hum() -> list[str]:
     """What a hum of the sold noise's RMS becomes, against white noise."""
     filters = {
-        "vacuum, `FILTER_S`": ("vacuum_noise_mmhg", line_filter.FILTER_S),
+        "vacuum, `FILTER_S`": ("vacuum_noise_mmhg", vacuum_signature.FILTER_S),
         "force, `SPEED_WINDOW_S`": ("current_noise_a", head_watch.SPEED_WINDOW_S),
         "resistance, `SETTLING_S` alone": ("current_noise_a", drive_force.SETTLING_S),
     }

@@ -17,16 +17,16 @@ from docs.generator.safety.tolerance.sensor_error import Errors, least, spread
 from docs.generator.safety.tolerance.threshold import Borne, Threshold
 from opensuction.controller.machine_profile import CLINICAL as PROFILE
 from opensuction.procedure.cycle import check
-from opensuction.procedure.cycle.check_item import CheckItem
-from opensuction.procedure.planning import check_plan
-from opensuction.safety.watch import line_filter
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.planning import protocol
+from opensuction.safety.watch import vacuum_signature
 from opensuction.twin.fault.fault import Fault
 
 CHECK = "procedure.cycle.check"
-LEAK = low_pass(line_filter.FILTER_S, check.LEAK_AVERAGE_S)
+LEAK = low_pass(vacuum_signature.FILTER_S, check.LEAK_AVERAGE_S)
 RELIEVED = PROFILE.relief_mmhg
 RELIEF_OVER = spread("relief_mmhg") + pumped(RELIEVED) / least("relief_ml_per_s_per_mmhg")
-LOWERED = check_plan.LOWERED_SHARE * SET
+LOWERED = protocol.LOWERED_SHARE * SET
 
 
 def _zero(errors: Errors) -> Borne:
@@ -51,13 +51,13 @@ def thresholds() -> list[Threshold]:
     template = row((), "", Place(0.0, 0.0, 0.0), "", (), 0.0)
     return [
         template._replace(
-            constants=(("safety.watch.line_filter", "ZERO_MMHG"),),
+            constants=(("safety.watch.vacuum_signature", "ZERO_MMHG"),),
             compared="a vented line's reading, up to which it is learnt as offset",
-            margin=line_filter.ZERO_MMHG,
+            margin=vacuum_signature.ZERO_MMHG,
             bear=_zero,
             because="offset and drift themselves",
             faults=(Fault.VACUUM_SENSOR_OFFSET,),
-            takes_s=check_plan.SENSOR_LIMIT_S,
+            takes_s=protocol.SENSOR_LIMIT_S,
             simulated="vented",
         ),
         row(
@@ -66,16 +66,16 @@ def thresholds() -> list[Threshold]:
             Place(check.VENTED_MMHG, 0.0, 0.0),
             "what is left of the offset",
             (Fault.VACUUM_SENSOR_OFFSET, Fault.VACUUM_SENSOR_NOISY),
-            check_plan.SENSOR_LIMIT_S,
+            protocol.SENSOR_LIMIT_S,
             "vented",
         ),
         row(
-            (("procedure.planning.check_plan", "VACUUM_READY_SHARE"),),
+            (("procedure.planning.protocol", "VACUUM_READY_SHARE"),),
             f"vacuum that the pump must reach and hold, of {LEAST_SET:g} mmHg",
-            Place((1.0 - check_plan.VACUUM_READY_SHARE) * LEAST_SET, LEAST_SET, 0.0),
+            Place((1.0 - protocol.VACUUM_READY_SHARE) * LEAST_SET, LEAST_SET, 0.0),
             "gain, drift",
             (Fault.PUMP_WEAK, Fault.LINE_LEAK),
-            check_plan.VACUUM_LIMIT_S,
+            protocol.VACUUM_LIMIT_S,
         ),
         template._replace(
             constants=((CHECK, "LEAK_SHARE"), (CHECK, "LEAK_S")),
@@ -86,7 +86,7 @@ def thresholds() -> list[Threshold]:
             errors=("vacuum_noise_mmhg",),
             behind=SMOOTH,
             faults=(Fault.LINE_LEAK,),
-            takes_s=check_plan.LIMITS_S[CheckItem.VACUUM_HOLDS],
+            takes_s=protocol.LIMITS_S[CheckItem.VACUUM_HOLDS],
             simulated="leak",
         ),
         row(
@@ -95,7 +95,7 @@ def thresholds() -> list[Threshold]:
             Place(check.NEAR_MMHG, RELIEVED, RELIEF_OVER),
             "a stiff relief valve against the strongest pump, gain, drift",
             (Fault.RELIEF_FAILED, Fault.VACUUM_SENSOR_OFFSET),
-            check_plan.RELIEF_LIMIT_S,
+            protocol.RELIEF_LIMIT_S,
             "relief",
         ),
         row(
@@ -104,6 +104,6 @@ def thresholds() -> list[Threshold]:
             Place(check.NEAR_MMHG, LOWERED, over_set(LOWERED)),
             "strongest pump against the weakest regulator, gain, drift",
             (Fault.REGULATOR_FAILED,),
-            check_plan.REGULATOR_LIMIT_S,
+            protocol.REGULATOR_LIMIT_S,
         ),
     ]

@@ -1,7 +1,6 @@
 """Largest error of each machine parameter: in the worst machine drawn, and in a parameter file."""
 
-from opensuction.twin.parameter import CLINICAL, SPREAD_LIMIT
-from opensuction.twin.sensor.sensor_parameter import SENSORS
+from opensuction.twin.parameter import CLINICAL, SENSORS, SPREAD_LIMIT
 
 Errors = dict[str, float]
 """Distance of each parameter of `SENSORS` from a sensor without error."""

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli import exit_status
+from opensuction.cli import entry
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.result.plain import to_json
@@ -82,7 +82,7 @@ def run(options: AuditOptions) -> int:
         ),
     )
     show(options.as_json, to_json(found), lambda console: _summarise(console, found))
-    return exit_status.DONE if found.ok else exit_status.FAILED
+    return entry.DONE if found.ok else entry.FAILED
 
 
 def _summarise(console: "Console", found: AuditResult) -> None:

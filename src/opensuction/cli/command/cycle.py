@@ -1,13 +1,17 @@
-"""``cycle``: one automated cycle or a day of them, shown while it runs, summarised, written."""
+"""``cycle``: one automated cycle or a day of them, shown while it runs, summarised, written.
+
+Help text of ``opensuction cycle``: examples, files, faults.
+"""
 
 import math
+import textwrap
 import time
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.command import cycle_help
+from opensuction.cli import completion
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
@@ -22,6 +26,75 @@ if TYPE_CHECKING:
     from opensuction.session.cycle.cycle_run import Prepared
     from opensuction.simulation.injection.injection import InjectedRun
     from opensuction.simulation.trace import Columns
+
+
+_FAULTS = textwrap.fill(
+    ", ".join(completion.FAULTS),
+    width=77,
+    initial_indent="  ",
+    subsequent_indent="  ",
+    break_on_hyphens=False,
+)
+
+EXAMPLES = f"""\b
+Examples:
+  opensuction cycle                                an adult on a ventilator
+  opensuction cycle --patient child-10kg           a child
+  opensuction cycle --machine bench                the paper's bench
+  opensuction cycle --machine bench --compensation none --seed 7
+  opensuction cycle --approach contact             stop where the tip touches
+  opensuction cycle --protocol my.toml --out run1  a protocol of your own
+  opensuction cycle --machine my-machine.toml --patient my-patient.toml
+  opensuction cycle --machine bench --compensation bench/identification.toml
+  opensuction cycle --repeat 6 --every 240         a cycle every four hours
+  opensuction cycle --fault valve-jammed@suctioning+2
+  opensuction cycle --fault line-leak=0.5 --fault power-lost@12
+  opensuction cycle --repeat 6 --every 60 \\
+      --self-calibrate --gap-scale 1.2    the gap changed; each cycle learns
+  opensuction cycle --json | jq .tip               figures for a script
+  opensuction cycle --trace ticks.parquet          every tick as a table
+
+\b
+A protocol file holds the keys of the preset, for example:
+  travel_mm = 85.0
+  cap_mm = 90.0
+  contact_from_mm = 30.0
+  backoff_mm = 0.0
+  insertion_mm_per_s = 9.0
+  withdrawal_mm_per_s = 9.0
+  dwell_s = 9.0
+  nothing_comes_s = 0.0           # 0: the dwell lasts its whole time
+  vacuum_mmhg = 100.0
+  negative_pressure_budget_s = 24.0
+  in_airway_budget_s = 35.0
+  bench_only = true
+
+\b
+A machine file says what it starts from and what it changes:
+  preset = "clinical"
+  catheter = "12fr"
+  conduit = "looped"
+  [twin]                          # what the machine does
+  pump_free_l_per_min = 15.0
+  [controller]                    # what its controller goes by
+  cam_rad_per_s = 0.8
+
+\b
+A patient file likewise; a value with a spread is drawn by the seed:
+  preset = "adult-icu"
+  weight_kg = 82.0
+  carina_mm = {{ value = 60.0, spread = 4.0 }}
+
+docs/reference/parameters.md lists every parameter with unit, range and source.
+
+A fault comes S seconds after the start (@S), S seconds into a phase (@PHASE+S: checking,
+preloading, inserting, backing_off, opening, suctioning, withdrawing, closing, aborting, halted), or
+is there from the start. With --repeat, S counts from the start of the day. Its strength has a unit
+of its own. docs/reference/faults.md says what each does:
+
+\b
+{_FAULTS}"""
+
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
@@ -96,10 +169,10 @@ def _pace(options: CycleOptions, console: "Console") -> float:
 def _prepare(options: CycleOptions, progress: "ProgressTeller") -> "Prepared":
     """The cycle ready to run and compiled; refused before anything slow where it cannot be."""
     from opensuction.session.cycle import cycle_run, resolution
-    from opensuction.session.day import day_check
+    from opensuction.session.day import day_fault
 
     resolved = resolution.resolve(options.choice)
-    day_check.check(options.day, resolved)
+    day_fault.check(options.day, resolved)
     prepared = cycle_run.prepare(resolved, progress.tell)
     if options.day.every_min is None:  # in a day a person comes before each cycle
         prepared = cycle_run.oxygenate(prepared)
@@ -110,7 +183,7 @@ def _prepare(options: CycleOptions, progress: "ProgressTeller") -> "Prepared":
 def _play(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
     """The cycle, shown as it goes."""
     from opensuction.report import terminal
-    from opensuction.report.moment import Moment
+    from opensuction.report.terminal import Moment
     from opensuction.session.cycle import cycle_run, fault_run
 
     target_mm = cycle_run.stopping_mm(prepared)
@@ -158,14 +231,14 @@ def _run_cycle(
 ) -> CommandResult:
     """One cycle."""
     from opensuction.report.cycle import page
-    from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
+    from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, summary_section
 
     found = _play(prepared, console, pacer)
     factor = cycle_run.realtime_factor(prepared)
     faults = fault_run.on_record(found)
     result = cycle_summary.summary(prepared, found.columns, faults)
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
-    html = page.render(result, found.columns, machine_summary.sections(prepared))
+    html = page.render(result, found.columns, summary_section.sections(prepared))
     files = {"report.html": html, **_record(options, prepared, found, progress)}
     _write_trace(options, found.columns, progress)
     return _write_up(result, None, files, progress, options.trace)
@@ -178,14 +251,14 @@ def _run_day(
     from opensuction.report import sheet
     from opensuction.report.cycle import page
     from opensuction.report.day import day_page
-    from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
-    from opensuction.session.day import cycle_report, day_run, day_summary
+    from opensuction.session.cycle import cycle_run, cycle_summary, summary_section
+    from opensuction.session.day import day_run, day_summary
 
-    asked, reports = options.day, list[cycle_report.CycleReport]()
+    asked, reports = options.day, list[day_summary.CycleReport]()
 
     def tell(cycle: day_run.DayCycle, began: "Prepared", columns: "Columns") -> None:
         found = cycle.outcome
-        reports.append(cycle_report.make(cycle.number, began, columns))
+        reports.append(day_summary.make(cycle.number, began, columns))
         console.print(
             f"cycle {cycle.number} of {asked.repeat} at {cycle.start_s / 3600.0:.2f} h: "
             f"{reports[-1].first.text}; {found.removed_ml:.1f} of "
@@ -208,8 +281,8 @@ def _run_day(
         console.print(f"Note: {note}", soft_wrap=True)
     files = {
         "day.html": sheet.render(day_page.page(result, whole, day.samples)),
-        "report.html": page.render(result, day.columns, machine_summary.sections(day.last)),
-        **cycle_report.list_pages(reports),
+        "report.html": page.render(result, day.columns, summary_section.sections(day.last)),
+        **day_summary.list_pages(reports),
         **_record(options, day.last, day.ran, progress),
     }
     _write_trace(options, day.columns, progress)
@@ -265,13 +338,13 @@ def _named(folder: Path, names: list[str], trace: Path | None) -> list[str]:
 
 def _sound(result: "CycleResult") -> dict[str, bytes]:
     """Sound of the most urgent alarm, as a file; nothing where there was none."""
-    from opensuction.report.cycle import alarm_sound
-    from opensuction.safety.priority import Priority
+    from opensuction.report.cycle.page import encode
+    from opensuction.safety.handling import Priority
 
     if not result.alarms:
         return {}
     loudest = max(Priority[alarm.priority.upper()] for alarm in result.alarms)
-    return {SOUND: alarm_sound.encode(loudest)}
+    return {SOUND: encode(loudest)}
 
 
 COMMAND = Command(
@@ -282,6 +355,6 @@ COMMAND = Command(
     details="Identifies the drawn machine where the compensation needs it, runs the cycle under "
     "the real controller, and writes report.html (open it in a browser), cycle.json and "
     "recording.mcap (every tick; see opensuction replay and export).",
-    examples=cycle_help.EXAMPLES,
+    examples=EXAMPLES,
     ends="0 completed, 1 aborted or the patient at risk",
 )

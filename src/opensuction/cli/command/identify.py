@@ -39,7 +39,7 @@ def _compute(
     options: IdentifyOptions | CompareOptions, progress: "ProgressTeller", folder: Path
 ) -> CommandResult:
     """Fit one model, or every one to compare them."""
-    from opensuction.recording import standard_input
+    from opensuction.recording import table
     from opensuction.session.identification import identification_run
 
     recording, model, method, purpose = options.recording, None, None, "predict"
@@ -52,7 +52,7 @@ def _compute(
     def tell(model: str, done: int, models: int) -> None:
         progress.tell(f"Identifying {model} ({done + 1} of {models})")
 
-    source = standard_input.NAME if recording.file == standard_input.DASH else recording.file
+    source = table.NAME if recording.file == table.DASH else recording.file
     if recording.input and recording.output:
         sign = "-" if recording.negate_output else ""
         progress.tell(
@@ -72,8 +72,7 @@ def _compute(
 def _write_up(
     loaded: "LoadedRecording", results: "list[FittedModel]", folder: Path, seconds: float
 ) -> CommandResult:
-    from opensuction.report.identification import identification_page, identification_series
-    from opensuction.report.identification import identification_terminal as terminal
+    from opensuction.report.identification import identification_page, identification_words
     from opensuction.session.identification import identification_summary
     from opensuction.settings import identification_file
 
@@ -97,7 +96,7 @@ def _write_up(
     }
     data = to_json(found)
     pair = loaded.pair
-    curves = identification_series.FittedCurves(
+    curves = identification_page.FittedCurves(
         time_s=pair.time_s,
         driven=pair.driven,
         answer=pair.answer,
@@ -113,7 +112,7 @@ def _write_up(
     return CommandResult(
         data,
         files,
-        lambda console, folder: terminal.print_summary(
+        lambda console, folder: identification_words.print_summary(
             console, found, [folder / name for name in files]
         ),
     )

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli import exit_status
+from opensuction.cli import entry
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
@@ -97,15 +97,15 @@ def _find(machine: Path) -> Path:
 
 def run(options: InjectOptions) -> int:
     """Ask the twin; returns the exit status. Raises InputError where it refuses."""
-    from opensuction.machine import backend
+    from opensuction.machine import port
     from opensuction.machine.twin import twin_faults
-    from opensuction.session.cycle import fault_choice
+    from opensuction.session.cycle import resolution
 
-    faults = [fault_choice.parse(text) for text in options.faults]
+    faults = [resolution.parse(text) for text in options.faults]
     twin_faults.check(faults)
     carrier = _bus(options)
     folder = _find(options.folder)
-    backend.check_faults(folder)
+    port.check_faults(folder)
     if options.mend:
         twin_faults.heal(folder)
     if carrier is not None:
@@ -122,7 +122,7 @@ def run(options: InjectOptions) -> int:
         ),
     )
     show(options.as_json, to_json(done), lambda console: _summarise(console, done))
-    return exit_status.DONE
+    return entry.DONE
 
 
 def _summarise(console: "Console", done: InjectionResult) -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli import exit_status
+from opensuction.cli import entry
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
@@ -51,9 +51,9 @@ class ReportOptions(NamedTuple):
 def _report(options: ReportOptions) -> int:
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         from opensuction.cli.delivery import to_text
-        from opensuction.session.recorded import on_record, report_run
+        from opensuction.session.recorded import report_run
 
-        known = on_record.find(options.recording, options.database)
+        known = report_run.find(options.recording, options.database)
         found = report_run.run([options.recording], known.sentence)
         data = to_json(report_run.ReportedCycle(found.result, known))
         _tell_flaw(found.flaw, progress)
@@ -95,7 +95,7 @@ def _play_again(path: Path, progress: "ProgressTeller") -> "ReplayResult":
 
 
 def _judge(found: "ReplayResult") -> int:
-    return exit_status.DONE if found.is_good else exit_status.FAILED
+    return entry.DONE if found.is_good else entry.FAILED
 
 
 def _replay_each(options: ReplayOptions, progress: "ProgressTeller") -> int:
@@ -112,7 +112,7 @@ def _replay_each(options: ReplayOptions, progress: "ProgressTeller") -> int:
             line = f"{path}: {' '.join(_list_sentences(found))}"
         except InputError as refused:
             recordings.append(replay_run.RefusedReplay(str(path), str(refused)))
-            statuses.add(exit_status.BAD_INPUT)
+            statuses.add(entry.BAD_INPUT)
             line = str(refused)
         if not options.as_json:
             show(False, {}, lambda console, line=line: _print_line(console, line))

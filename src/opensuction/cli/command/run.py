@@ -1,15 +1,19 @@
-"""``run`` and ``ask``: a machine in real time."""
+"""``run`` and ``ask``: a machine in real time.
+
+Help texts of ``run`` and ``ask``.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli import exit_status, output_folder
-from opensuction.cli.command import run_help
+from opensuction.cli import delivery, entry
+from opensuction.cli.completion import REQUESTS
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.cli.interruption import Stopped
+from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.result.plain import to_json
 from opensuction.session.choice import CycleChoice, RigChoice
 
@@ -21,6 +25,40 @@ if TYPE_CHECKING:
     from opensuction.session.running.cycle_scheduler import CycleScheduler
     from opensuction.session.running.machine import Running
     from opensuction.session.running.run import Done, RunResult
+
+
+NOTICE = f"In-silico: the machine and the patient are a digital twin. {NOT_A_DEVICE}"
+
+RUN_DETAILS = (
+    "The twin plays machine and patient in a process of its own, the controller runs beside it at "
+    "1 kHz, a recorder writes a recording for each cycle and puts it on record, and this command "
+    "looks after them: what dies is started anew, the controller never into motion. It brings the "
+    "catheter out then, and waits for a person: no other cycle is started. The person who looks at "
+    "the patient, gives oxygen and presses start between the cycles is simulated. Ctrl-C breaks a "
+    "cycle off; the catheter comes out first. Linux only."
+)
+RUN_EXAMPLES = """\b
+Examples:
+  opensuction run                                one cycle, now
+  opensuction run --patient neonate --cycles 3 --every 5
+  opensuction run --patient child --preoxygenation skipped --json
+  opensuction ask abort                          from another terminal: stop
+
+\b
+Files:
+  /dev/shm/opensuction-UID/NAME   what the processes share, in memory
+  runs/TIME-NAME/*.mcap           a recording for each cycle"""
+
+ASK_DETAILS = (
+    f"REQUEST is one of: {', '.join(REQUESTS)}. It is answered in the next millisecond: the button "
+    "went down, or why not; what came of it, phase and alarms say. Who asked is put on record. "
+    "Linux only."
+)
+ASK_EXAMPLES = """\b
+Examples:
+  opensuction ask start --who "nurse Kim"
+  opensuction ask abort --name ward-3
+  opensuction ask reset --json"""
 
 
 class MachineOptions(NamedTuple):
@@ -81,7 +119,7 @@ def run(options: RunOptions) -> int:
         found = run.sum_up(running, done, out, options.machine.database)
     show(options.machine.as_json, to_json(found), lambda console: _summarise(console, found))
     good = done.ended and found.is_good(options.wanted)
-    return exit_status.DONE if good else exit_status.FAILED
+    return entry.DONE if good else entry.FAILED
 
 
 @contextmanager
@@ -95,7 +133,7 @@ def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "Prog
     resolved = resolution.resolve(options.choice)
     machine.check_free(options.name)
     shown = machine.check_records(options.database)
-    with output_folder.reserve(options.out, options.name, private=True) as out:
+    with delivery.reserve(options.out, options.name, private=True) as out:
         running = _begin(options, resolved, progress)
         progress.tell(f"Recordings: {out}; records: {shown}")
         try:
@@ -166,22 +204,20 @@ def _summarise(console: "Console", found: "RunResult") -> None:
     for refused in found.not_granted:
         console.print(f"Not granted: {refused}")
     console.print(f"Written: {found.recordings}")
-    console.print(run_help.NOTICE)
+    console.print(NOTICE)
 
 
 def ask(options: AskOptions) -> int:
     """Carry out ``ask``; returns the exit status. Raises InputError where nobody answers."""
     import getpass
 
-    from opensuction.runtime.controller_request import PRESSED
-    from opensuction.session.running import remote_request
+    from opensuction.runtime.launch import PRESSED
+    from opensuction.session.running import run as runs
 
     who = options.who or getpass.getuser()
-    answer = remote_request.ask(options.name, options.request, who)
-    show(
-        options.as_json, to_json(answer), lambda console: console.print(remote_request.say(answer))
-    )
-    return exit_status.DONE if answer.verdict == PRESSED else exit_status.FAILED
+    answer = runs.ask(options.name, options.request, who)
+    show(options.as_json, to_json(answer), lambda console: console.print(runs.say(answer)))
+    return entry.DONE if answer.verdict == PRESSED else entry.FAILED
 
 
 RUN = Command(
@@ -189,8 +225,8 @@ RUN = Command(
     options=RunOptions,
     run=run,
     sentence="A machine in real time: the twin, its controller and recorder, cycles by the clock.",
-    details=run_help.RUN,
-    examples=run_help.RUN_EXAMPLES,
+    details=RUN_DETAILS,
+    examples=RUN_EXAMPLES,
     ends="0 as many cycles completed as were asked for, 1 not",
 )
 ASK = Command(
@@ -198,7 +234,7 @@ ASK = Command(
     options=AskOptions,
     run=ask,
     sentence="Press a button of a machine that runs, such as start or abort.",
-    details=run_help.ASK,
-    examples=run_help.ASK_EXAMPLES,
+    details=ASK_DETAILS,
+    examples=ASK_EXAMPLES,
     ends="0 the button went down, 1 it was refused",
 )

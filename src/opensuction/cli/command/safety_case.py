@@ -32,7 +32,7 @@ class SafetyCaseOptions(NamedTuple):
 
 
 def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) -> CommandResult:
-    from opensuction.evidence.safety_case import hazard, hazard_detail, safety_case
+    from opensuction.evidence.safety_case import hazard, safety_case
     from opensuction.report import sheet
     from opensuction.report.safety_case import safety_case_page
 
@@ -62,7 +62,7 @@ def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) ->
     done = safety_case.run(hazards, seeds, tell, options.search, tell_search)
     found = safety_case.summarise(done, progress.elapsed_s)
     pairs = zip(done.verdicts, found.hazards, strict=True)
-    details = [hazard_detail.detail(verdict, one) for verdict, one in pairs]
+    details = [safety_case.detail(verdict, one) for verdict, one in pairs]
     html = sheet.render(safety_case_page.page(found, details))
     data = to_json(found)
     return CommandResult(

@@ -1,4 +1,7 @@
-"""``serve``: a machine in real time that waits for what people ask of it, with its console."""
+"""``serve``: a machine in real time that waits for what people ask of it, with its console.
+
+Help text of ``serve``.
+"""
 
 import threading
 from collections.abc import Callable
@@ -6,8 +9,8 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli import exit_status
-from opensuction.cli.command import run_help, serve_help
+from opensuction.cli import entry
+from opensuction.cli.command import run
 from opensuction.cli.command.run import MachineOptions, machine_of, supervise
 from opensuction.cli.entry import Command
 from opensuction.cli.interruption import Stopped, describe
@@ -15,6 +18,36 @@ from opensuction.cli.interruption import Stopped, describe
 if TYPE_CHECKING:
     from opensuction.accounts.directory import NewPassword
     from opensuction.session.running.console_settings import ConsoleSettings
+
+
+SERVE = (
+    "As run, but nothing starts by itself: people ask, at the bedside console in a browser or with "
+    "opensuction ask from another terminal. The console is a process of its own; its address is "
+    "printed, and at the first start the administrator's one-time password, which makes the other "
+    "accounts. Everybody may look and stop, without signing in; a clinician starts; an engineer "
+    "changes limits and calibrates. It is reached from this computer alone, unless --host says "
+    "otherwise, and then only with a certificate. When the console dies the machine goes on, says "
+    "so, and the console is started anew. Ends with Ctrl-C or SIGTERM, the catheter first. Linux "
+    "only."
+)
+SERVE_EXAMPLES = """\b
+Examples:
+  opensuction serve --patient neonate            http://127.0.0.1:8080/
+  opensuction serve --port 8081 --name ward-3    a second machine beside it
+  opensuction ask abort                          stop, from another terminal
+  opensuction users reset-password admin         the first password is lost
+
+\b
+From another computer, with a certificate that its browser trusts; for a try:
+  openssl req -x509 -newkey rsa:3072 -nodes -days 30 -keyout key.pem \\
+    -out cert.pem -subj /CN=ward -addext subjectAltName=DNS:$(hostname)
+  opensuction serve --host 0.0.0.0 --certificate cert.pem --key key.pem
+
+\b
+Files:
+  /dev/shm/opensuction-UID/NAME   what the processes share, in memory; and
+                                  console.log, what the console refused
+  runs/TIME-NAME/*.mcap           a recording for each cycle"""
 
 
 CONSOLE = "console"
@@ -33,7 +66,7 @@ class ServeOptions(NamedTuple):
 
 def serve(options: ServeOptions) -> int:
     """Carry out ``serve``; returns the exit status. Raises InputError for bad input."""
-    from opensuction.session.running import console_settings, machine, predecessor
+    from opensuction.session.running import console_settings, machine
 
     console_settings.check(*options[1:])
     folder = machine.check_free(options.machine.name)
@@ -45,10 +78,10 @@ def serve(options: ServeOptions) -> int:
         try:
             done = supervise(running, out, None, progress, greeting.look)
         except Stopped as stopped:
-            lost = predecessor.find(running.folder)
+            lost = machine.find(running.folder)
             progress.tell(f"{describe(stopped)}: {lost.ending if lost else 'ended in order'}")
-            return exit_status.FAILED if lost else exit_status.DONE
-    return exit_status.DONE if done.ended else exit_status.FAILED
+            return entry.FAILED if lost else entry.DONE
+    return entry.DONE if done.ended else entry.FAILED
 
 
 def _settings(options: ServeOptions, out: Path) -> "ConsoleSettings":
@@ -108,7 +141,7 @@ class Greeting:
                 f"{made.one_time_password}, until {made.expires_at:%Y-%m-%d %H:%M} UTC"
             )
         self._tell(f"Console: {self._settings.url}")
-        self._tell(run_help.NOTICE)
+        self._tell(run.NOTICE)
         if starting:
             self._tell(f"Still starting: {', '.join(map(_title, starting))}")
         self._is_said, self._is_awaited = True, bool(starting)
@@ -124,7 +157,7 @@ COMMAND = Command(
     options=ServeOptions,
     run=serve,
     sentence="A machine in real time that waits for what people ask of it at its console.",
-    details=serve_help.SERVE,
-    examples=serve_help.SERVE_EXAMPLES,
+    details=SERVE,
+    examples=SERVE_EXAMPLES,
     ends="0 ended in order, 1 not",
 )

@@ -1,12 +1,15 @@
-"""``trial``: many cycles over patients, machines and faults, each judged by the truth."""
+"""``trial``: many cycles over patients, machines and faults, each judged by the truth.
+
+Texts of ``opensuction trial``: examples for its help, summary, remaining time.
+"""
 
 import shlex
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from opensuction.cli import delivery, exit_status, output_folder
-from opensuction.cli.command import trial_words
+from opensuction.cli import delivery, entry
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.cli.interruption import Stopped
@@ -16,10 +19,97 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.evidence.trial.part import PlayedPart
-    from opensuction.evidence.trial.trial import Standing
-    from opensuction.evidence.trial.trial_log import Heading
-    from opensuction.result.trial_result import Trial
+    from opensuction.evidence.trial.trial import Heading, PlayedPart, Standing
+    from opensuction.result.trial_result import Trial, TrialResult, Violation
+
+
+SHOWN = 10
+"""Violations and false alarms that the terminal lists; all are in the file."""
+
+EXAMPLES = """\b
+Examples:
+  opensuction trial --cycles 1000                 a fault each: some minutes
+  opensuction trial --cycles 1000 --faults none   false alarms
+  opensuction trial --cycles 100000 --faults double --out runs/double
+  opensuction trial --resume --out runs/double    go on after Ctrl-C
+  opensuction trial --cycles 200 --cohort neonate --seed 7
+  opensuction trial --play 4711 --faults double   one of its cycles again
+  opensuction trial --cycles 500 --json | jq '.violations[].play'
+
+\b
+The folder holds trial.md (the page), trial.json (all figures) and
+trial-parts.jsonl (every cycle; what --resume goes on from)."""
+
+
+def say_time(seconds: float) -> str:
+    """A time in words: how long something takes still."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 5400.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h"
+
+
+def violation(one: "Violation") -> str:
+    """A bound that was broken, and what plays its cycle again."""
+    faults = " + ".join(one.faults) or "no fault"
+    worst = "no number" if one.worst is None else f"{one.worst:.3g}"
+    return (
+        f"  {one.number}: {faults}, {one.patient} by {one.approach}: {one.bound} "
+        f"{worst}, limit {one.limit:.3g}\n    {one.play}"
+    )
+
+
+def summarise(console: "Console", result: "TrialResult", folder: Path) -> None:
+    """Print what a trial came to. folder: holds its files."""
+    from rich.table import Table
+
+    from opensuction.evidence.trial import trial_page
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("held against", ratio=1)
+    for column in ("cycles", "broken", "share at most (95 %)"):
+        table.add_column(column, justify="right", no_wrap=True)
+    for words, one in trial_page.list_held(result.bounds):
+        if one.cycles:
+            style = "bold red" if one.broken else None
+            share = f"{one.upper_percent:.2g} %"
+            table.add_row(words, f"{one.cycles:,}", f"{one.broken:,}", share, style=style)
+    console.print(table)
+    for sentence in _sentences(result):
+        for line in sentence.splitlines():
+            console.print(line, soft_wrap=True)
+    console.print(f"Page: {folder / 'trial.md'}, figures: {folder / 'trial.json'}", soft_wrap=True)
+
+
+def _sentences(result: "TrialResult") -> Iterator[str]:
+    """Sentences below the table in the terminal."""
+    left = result.left_inside.total
+    if left.count:
+        yield (
+            f"Left inside at the end: {left.count:,} of {result.cycles:,} cycles; "
+            f"{left.unavoidable:,} of them nothing could have prevented, {left.told:,} were "
+            "told high in time."
+        )
+    else:
+        yield "Left inside at the end: none."
+    shown = [violation(one) for one in result.violations[:SHOWN]]
+    if shown:
+        yield f"Violations ({len(result.violations)}), each with what plays it again:"
+        yield from shown
+    loud = [one for one in result.said if one.false]
+    if loud:
+        yield f"Said of sound cycles and not so ({len(loud)}):"
+    for one in loud[:SHOWN]:
+        words = ", ".join(one.false)
+        cycle = f"{one.number}: {one.patient} by {one.approach}"
+        yield f"  {cycle}: {words}\n    {one.play}"
+    if len(result.violations) > SHOWN or len(loud) > SHOWN:
+        yield "All of them are in the page and in the figures."
+    if result.cycles_per_s:
+        rate = f"{result.cycles_per_s:.1f} cycles a second"
+        yield f"{rate}. In-silico: the machine is a simulated one."
+
 
 FILES = ("trial.json", "trial.md")
 
@@ -51,9 +141,9 @@ def _choose(options: TrialOptions, usual: "Trial") -> "Trial":
 
     usual: holds what nobody has said anything of.
     """
-    from opensuction.evidence.trial import cohort, draw
-    from opensuction.session.cycle.preoxygenation import ANSWERS
-    from opensuction.settings.choice import choose
+    from opensuction.evidence.trial import draw
+    from opensuction.session.cycle.resolution import ANSWERS
+    from opensuction.settings.validation import choose
 
     asked: dict[str, Any] = {
         "faults": options.fault_count,
@@ -65,7 +155,7 @@ def _choose(options: TrialOptions, usual: "Trial") -> "Trial":
     trial = usual._replace(**{name: value for name, value in asked.items() if value is not None})
     choose(trial.faults, draw.FAULT_COUNTS, "--faults")
     choose(trial.preoxygenation, ANSWERS, "--preoxygenation")
-    cohort.list_kinds(trial.cohort)
+    draw.list_kinds(trial.cohort)
     return trial
 
 
@@ -85,19 +175,20 @@ def _play(options: TrialOptions, number: int) -> int:
 
 
 def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> CommandResult:
-    from opensuction.evidence.trial import judged_cycle, part, trial_summary
+    from opensuction.evidence.trial import judged_cycle, trial_summary
+    from opensuction.evidence.trial.trial import play_again
     from opensuction.report import terminal
     from opensuction.report.cycle import page
     from opensuction.result.plain import to_json
     from opensuction.result.trial_result import PlayedCycle
-    from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
+    from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, summary_section
 
-    found = part.play_again(trial, number)
+    found = play_again(trial, number)
     factor = cycle_run.realtime_factor(found.prepared)
     faults = fault_run.on_record(found.run)
     result = cycle_summary.summary(found.prepared, found.run.columns, faults)
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
-    html = page.render(result, found.run.columns, machine_summary.sections(found.prepared))
+    html = page.render(result, found.run.columns, summary_section.sections(found.prepared))
     result = cycle_summary.timed(result, progress.elapsed_s, factor)
     summary = trial_summary.summarise_case(trial, judged_cycle.judge(number, found))
     data = to_json(PlayedCycle(result, summary))
@@ -106,7 +197,7 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
     def summarise(console: "Console", folder: Path) -> None:
         terminal.print_summary(console, result, [folder / name for name in files])
         for one in summary.violations:
-            for line in trial_words.violation(one).splitlines():
+            for line in violation(one).splitlines():
                 console.print(line, soft_wrap=True)
 
     return CommandResult(data, files, summarise, is_good=result.is_good)
@@ -115,7 +206,7 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
 def _run(options: TrialOptions) -> int:
     """Run a trial, or go on with one."""
     heading = _choose_heading(options)
-    with output_folder.reserve(options.results.out, "trial") as folder:
+    with delivery.reserve(options.results.out, "trial") as folder:
         kept = _open(options, folder, heading)
         result = _carry_out(options, folder, heading, kept)
     try:
@@ -127,7 +218,7 @@ def _run(options: TrialOptions) -> int:
     except (OSError, Stopped) as ending:
         ending.add_note(f"the results are in {folder}")
         raise
-    return exit_status.DONE if result.is_good else exit_status.FAILED
+    return entry.DONE if result.is_good else entry.FAILED
 
 
 def _carry_out(
@@ -146,8 +237,8 @@ def _carry_out(
             lambda: _play_all(folder, heading, kept, workers, teller), "Preparing"
         )
         result = _conclude(heading, parts, teller, workers)
-        with output_folder.stage(folder, force=True) as staging:
-            output_folder.write(staging, result.files)
+        with delivery.stage(folder, force=True) as staging:
+            delivery.write(staging, result.files)
     except (InputError, OSError, Stopped, worker_pool.WorkerLostError) as ending:
         ending.add_note(_say_what_is_kept(folder, heading, teller.cycles))
         raise
@@ -156,20 +247,20 @@ def _carry_out(
 
 def _choose_heading(options: TrialOptions) -> "Heading":
     """The trial that is asked for, or that goes on; raises InputError for what does not fit."""
-    from opensuction.evidence.trial import part, trial_log
+    from opensuction.evidence.trial.trial import check, make_heading, read
     from opensuction.result.trial_result import Trial
 
     out = options.results.out
     if options.resume:
         if out is None:
             raise InputError("--resume: say which trial goes on: --out and its folder")
-        known = trial_log.read(out).heading
-        return trial_log.make_heading(_choose(options, known.trial), options.cycles or known.cycles)
+        known = read(out).heading
+        return make_heading(_choose(options, known.trial), options.cycles or known.cycles)
     if options.cycles is None:
         raise InputError("--cycles is missing: say how many, such as --cycles 1000")
     trial = _choose(options, Trial())
-    part.check(trial)
-    return trial_log.make_heading(trial, options.cycles)
+    check(trial)
+    return make_heading(trial, options.cycles)
 
 
 def _open(options: TrialOptions, folder: Path, heading: "Heading") -> "dict[int, PlayedPart]":
@@ -177,19 +268,19 @@ def _open(options: TrialOptions, folder: Path, heading: "Heading") -> "dict[int,
 
     Raises InputError where the folder holds another trial, or something else.
     """
-    from opensuction.evidence.trial import trial_log
+    from opensuction.evidence.trial.trial import NAME, begin, go_on
 
     if options.resume:
-        return trial_log.go_on(folder, heading)
-    if (folder / trial_log.NAME).exists() and not options.results.force:
+        return go_on(folder, heading)
+    if (folder / NAME).exists() and not options.results.force:
         raise InputError(
             f"--out {folder}: the folder holds a trial; add --resume to go on with it, or --force "
             "to begin anew"
         )
-    output_folder.check(folder, options.results.force)
+    delivery.check(folder, options.results.force)
     for stale in FILES:
         (folder / stale).unlink(missing_ok=True)
-    trial_log.begin(folder, heading)
+    begin(folder, heading)
     return {}
 
 
@@ -204,14 +295,14 @@ def _play_all(
 
     Raises WorkerLostError where none could.
     """
-    from opensuction.evidence.trial import trial, trial_log
+    from opensuction.evidence.trial import trial
     from opensuction.evidence.worker_pool import WorkerLostError
 
     try:
         listener = trial.Listener(teller.tell, teller.warn)
         return trial.run(folder, heading, kept, workers, listener)
     except WorkerLostError as lost:
-        found = trial_log.read(folder).parts
+        found = trial.read(folder).parts
         if not found:
             raise
         teller.warn(f"opensuction: {lost}; {_say_what_is_kept(folder, heading, teller.cycles)}")
@@ -240,7 +331,7 @@ class _Teller:
         if played:
             rate = played / self.elapsed_s
             left_s = (self._whole - standing.cycles) / rate
-            words += f", {rate:.0f} a second, {trial_words.say_time(left_s)} left"
+            words += f", {rate:.0f} a second, {say_time(left_s)} left"
         if standing.broken:
             words += f"; {standing.broken:,} broken"
         self._progress.show(words)
@@ -259,10 +350,10 @@ def _say_what_runs(heading: "Heading", kept: int, workers: int) -> str:
 
 def _say_what_is_kept(folder: Path, heading: "Heading", cycles: int) -> str:
     """Say what a trial that ended early leaves, and how to go on; remove one without a cycle."""
-    from opensuction.evidence.trial import trial_log
+    from opensuction.evidence.trial.trial import NAME
 
     if not cycles:
-        (folder / trial_log.NAME).unlink(missing_ok=True)
+        (folder / NAME).unlink(missing_ok=True)
         return "nothing was written"
     return (
         f"{cycles:,} of {heading.cycles:,} cycles are kept; go on with: opensuction trial --resume "
@@ -286,7 +377,7 @@ def _conclude(
     return CommandResult(
         data,
         files,
-        lambda console, folder: trial_words.summarise(console, found, folder),
+        lambda console, folder: summarise(console, found, folder),
         is_good=trial_summary.is_good(found),
     )
 
@@ -302,6 +393,6 @@ COMMAND = Command(
     "bounds, endpoints by patient. With --faults none it counts trips and alarms that say what is "
     "not so. Ctrl-C keeps what is done, and --resume goes on. Two faults at once are counted; "
     "nothing is claimed of them, and they do not change the exit status.",
-    examples=trial_words.EXAMPLES,
+    examples=EXAMPLES,
     ends="0 all that is claimed held, 1 something was broken or it is not complete",
 )

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli import exit_status
+from opensuction.cli import entry
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
@@ -101,7 +101,7 @@ def run(options: UsersOptions) -> int:
         raise InputError(f"say whose account: opensuction users {options.act} NAME")
     found = _carry_out(options)
     show(options.as_json, to_json(found), lambda console: _summarise(console, found))
-    return exit_status.DONE
+    return entry.DONE
 
 
 def _carry_out(options: UsersOptions) -> UsersResult:

@@ -3,6 +3,8 @@
 A request from another host or origin, too large, too slow or too frequent is refused with a
 problem, and logged without anything secret. Every answer, also after a failure inside, gets the
 headers of `header`.
+
+Headers of every answer: what a browser may do with it. Source: [OWASP-Headers].
 """
 
 import asyncio
@@ -10,7 +12,7 @@ import logging
 import math
 import time
 from collections import Counter
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import asynccontextmanager
 from http.cookies import CookieError, SimpleCookie
 
@@ -18,12 +20,61 @@ from starlette.datastructures import Headers
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from opensuction.console.guard import body, header, origin, problem
-from opensuction.console.guard.limits import Limits
+from opensuction.console.guard import body, origin, problem
+from opensuction.console.guard.limits import PREFIX, PRESSES, Limits, Rates
 from opensuction.console.guard.problem import Problem
-from opensuction.console.guard.rates import PREFIX, PRESSES, Rates
 from opensuction.console.guard.turn import Turns
 from opensuction.settings.wording import one_line
+
+CSP = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self'",
+        "connect-src 'self'",
+        "img-src 'self' data:",
+        "font-src 'self'",
+        "media-src 'self'",
+        "worker-src 'self'",
+        "frame-src 'self'",
+        "base-uri 'none'",
+        "form-action 'none'",
+        "frame-ancestors 'none'",
+    )
+)
+"""Only what lies here, nothing inline. A route whose page needs another one says so itself."""
+SECURITY = {
+    "content-security-policy": CSP,
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "cross-origin-embedder-policy": "require-corp",
+    "permissions-policy": "camera=(), microphone=(), geolocation=(), payment=(), usb=()",
+    "x-permitted-cross-domain-policies": "none",
+}
+TLS = {"strict-transport-security": "max-age=31536000"}
+NO_STORE, NO_CACHE = "no-store", "no-cache"
+
+Raw = list[tuple[bytes, bytes]]
+
+
+def complete(given: Iterable[tuple[bytes, bytes]], is_interface: bool, has_tls: bool) -> Raw:
+    """The headers of an answer with those that are missing; what a route has set stays.
+
+    is_interface: what it says holds now and for this person, and is kept nowhere.
+    """
+    found = list(given)
+    names = {name.lower() for name, _ in found}
+    wanted = {**SECURITY, "cache-control": NO_STORE if is_interface else NO_CACHE}
+    if has_tls:
+        wanted |= TLS
+    for name, value in wanted.items():
+        if name.encode() not in names:
+            found.append((name.encode(), value.encode()))
+    return found
+
 
 LOG = logging.getLogger("opensuction.console")
 FAILED = "this did not work; the log of the console says why. To stop the machine goes on working"
@@ -74,7 +125,7 @@ class Guard:
             if message["type"] == "http.response.start":
                 status = message["status"]
                 given = message.get("headers", ())
-                message["headers"] = header.complete(given, is_interface, has_tls)
+                message["headers"] = complete(given, is_interface, has_tls)
             await send(message)
 
         async def refuse(refused: Problem) -> None:
@@ -159,7 +210,7 @@ class Guard:
 
         async def tell(message: Message) -> None:
             if message["type"] == "websocket.http.response.start":
-                message["headers"] = header.complete(message.get("headers", ()), True, has_tls)
+                message["headers"] = complete(message.get("headers", ()), True, has_tls)
             await send(message)
 
         try:

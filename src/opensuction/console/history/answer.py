@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from opensuction.console.history.trend import Day
-from opensuction.console.live import abort_reason
+from opensuction.console.history.archive import Day
+from opensuction.console.live import hub
 from opensuction.records.history import PastAction, PastAlarm, PastCycle
 
 Stage = Literal["none", "running", "done", "failed"]
@@ -52,7 +52,7 @@ class Cycle(BaseModel):
         parts, size = parts_bytes or (0, None)
         return cls(
             **kept,
-            why=abort_reason.say(cycle.detail),
+            why=hub.say(cycle.detail),
             has_recording=parts_bytes is not None and cycle.outcome is not None,
             recording_bytes=size,
             recording_parts=parts,

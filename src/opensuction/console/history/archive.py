@@ -1,28 +1,165 @@
-"""The history of one console: its records, the recordings beside them, and who works on those."""
+"""The history of one console: its records, the recordings beside them, and who works on those.
 
+Trends over days: outcomes from the records, quantities from the recordings' figures.
+
+Verification of the whole trail of the records, in a thread: a long trail takes a while.
+"""
+
+import logging
 import math
 import threading
 import time
-from collections.abc import Sequence
-from datetime import datetime, timedelta
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import date, datetime, timedelta, timezone
+from statistics import median
+from typing import Any, NamedTuple
 
 from fastapi import FastAPI
 
 from opensuction.accounts.session import Session
-from opensuction.console.access import Holder
+from opensuction.console.access import ConsoleContext, Holder
 from opensuction.console.guard.problem import Problem
-from opensuction.console.history import recording_file, trend
-from opensuction.console.history.job_queue import JobQueue
-from opensuction.console.history.recording_file import RecordingFile
-from opensuction.console.history.trend import Day
-from opensuction.console.history.verification import Verification
-from opensuction.console.site import ConsoleContext
+from opensuction.console.history import job_queue
+from opensuction.console.history.job_queue import JobQueue, RecordingFile
 from opensuction.kernel.errors import InputError
 from opensuction.records import recording_check
-from opensuction.records.entry import Action
+from opensuction.records.database import utc_time
+from opensuction.records.entry import Action, Outcome
 from opensuction.records.history import LONGEST_PAGE, PastCycle, Wanted
 from opensuction.records.recording_check import BoundRecording, Fault, Kind
+from opensuction.records.records import Records
+
+LOG = logging.getLogger("opensuction.console")
+FAILED = "the trail could not be read; the console's log says why"
+
+
+class Verification:
+    """The last look at the whole trail, and the one that goes on."""
+
+    def __init__(self, records: Records) -> None:
+        self._records = records
+        self._lock = threading.Lock()
+        self._is_running = False
+        self._known: dict[str, Any] | None = None
+        self._checked_at: datetime | None = None
+        self._failure: str | None = None
+
+    def tell(self) -> dict[str, Any]:
+        """Present head of the trail, and the result of the last audit."""
+        head = self._records.head()
+        with self._lock:
+            state = "running" if self._is_running else "none" if self._known is None else "done"
+            if state == "none" and self._failure is not None:
+                state = "failed"
+            return {
+                "state": state,
+                "entries": head.sequence,
+                "head": head.hash,
+                "checked_at": self._checked_at,
+                "verdict": self._known,
+                "failure": self._failure,
+            }
+
+    def begin(self, expected: str | None) -> None:
+        """Read the whole trail, unless that goes on already. expected: the hash of a head."""
+        with self._lock:
+            if self._is_running:
+                return
+            self._is_running = True
+        threading.Thread(target=self._read_trail, args=(expected,), daemon=True).start()
+
+    def _read_trail(self, expected: str | None) -> None:
+        known: dict[str, Any] | None = None
+        failure: str | None = FAILED
+        try:
+            found = self._records.audit(expected)
+            known = {**found._asdict(), "is_whole": found.broken is None, "expected": expected}
+            failure = None
+        except InputError as error:
+            failure = str(error)
+        except Exception:
+            LOG.exception("reading the trail failed")
+        finally:
+            with self._lock:
+                self._is_running = False
+                self._known, self._failure = known, failure
+                self._checked_at = utc_time.now()
+
+
+QUANTITIES = (
+    "removed_ml",
+    "dwell_s",
+    "suction_s",
+    "in_airway_s",
+    "vacuum_mmhg",
+    "airway_lowest_cmh2o",
+    "airway_highest_cmh2o",
+    "spo2_percent",
+    "heart_rate_per_min",
+    "deepest_mm",
+    "contact_mm",
+    "gap_mm",
+    "alarms",
+)
+"""Names of figures, as `work_process.figures` gives them."""
+RUNNING = "running"
+OUTCOMES = (*map(str, Outcome), RUNNING)
+
+
+class DaySpread(NamedTuple):
+    """A quantity over a day's cycles."""
+
+    cycles: int
+    lowest: float
+    median: float
+    highest: float
+    total: float
+
+
+class Day(NamedTuple):
+    """Outcomes and quantities of one day, in the time zone of the request."""
+
+    day: date
+    outcomes: dict[str, int]
+    quantities: dict[str, DaySpread | None]
+    """None: no recording of that day knows it."""
+
+
+def _spread(values: list[float]) -> DaySpread | None:
+    if not values:
+        return None
+    return DaySpread(len(values), min(values), median(values), max(values), sum(values))
+
+
+def days(
+    cycles: Iterable[tuple[PastCycle, Mapping[str, Any] | None]], ahead_of_utc: timedelta
+) -> list[Day]:
+    """Days with a cycle on them, the first one first.
+
+    cycles: each with the figures of its recording, where they are known. ahead_of_utc: the clock by
+    which a day is one.
+    """
+    zone = timezone(ahead_of_utc)
+    found: dict[date, list[tuple[PastCycle, Mapping[str, Any] | None]]] = {}
+    for cycle, figures in cycles:
+        found.setdefault(_day_of(cycle.started_at, zone), []).append((cycle, figures))
+    return [_day(on, found[on]) for on in sorted(found)]
+
+
+def _day_of(instant: datetime, zone: timezone) -> date:
+    return instant.astimezone(zone).date()
+
+
+def _day(on: date, cycles: list[tuple[PastCycle, Mapping[str, Any] | None]]) -> Day:
+    outcomes = dict.fromkeys(OUTCOMES, 0)
+    for cycle, _ in cycles:
+        outcomes[RUNNING if cycle.outcome is None else str(cycle.outcome)] += 1
+    quantities = {}
+    for name in QUANTITIES:
+        known = [figures.get(name) for _, figures in cycles if figures is not None]
+        quantities[name] = _spread([float(one) for one in known if isinstance(one, int | float)])
+    return Day(on, outcomes, quantities)
+
 
 MOST_CYCLES = 5000
 """That a trend is made of."""
@@ -73,7 +210,7 @@ class Archive:
 
     def file(self, cycle: PastCycle) -> RecordingFile | None:
         """The recording of a cycle, finished or not; None: it is not here."""
-        return recording_file.find(self.site.recordings, cycle.recording)
+        return job_queue.find(self.site.recordings, cycle.recording)
 
     def finished_file(self, cycle_id: str) -> tuple[PastCycle, RecordingFile]:
         """A cycle with its recording.
@@ -186,7 +323,7 @@ class Archive:
             return None if fault is None else fault.sentence
 
         self.desk.fill(list(pending), refuse)
-        return Trends(trend.days(joined, ahead_of_utc), len(cycles), len(pending), without, cut)
+        return Trends(days(joined, ahead_of_utc), len(cycles), len(pending), without, cut)
 
     def _cycles(self, wanted: Wanted) -> tuple[list[PastCycle], bool]:
         """The newest cycles, and whether there are more."""

@@ -1,18 +1,118 @@
-"""Jobs on recordings: reports, replays and figures, one of a kind at a time, with results kept."""
+"""Jobs on recordings: reports, replays and figures, one of a kind at a time, with results kept.
 
+Cache of results from recordings, in a folder beside them: each is computed once.
+
+It is a folder of files and no table: the records are append-only and audited, and hold what
+happened; these results can be computed again. Deleting the folder costs time, and nothing else. A
+file is named by its recording and by a key of that recording's size and time and of this software,
+so that no outdated result is ever shown.
+
+File of a cycle's recording: its name on record, looked up in the recordings' folder alone.
+"""
+
+import contextlib
+import hashlib
 import json
 import logging
+import re
+import stat
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from opensuction import __version__
 from opensuction.console.guard.problem import Problem
-from opensuction.console.history.recording_file import RecordingFile
-from opensuction.console.history.result_cache import ResultCache
 from opensuction.console.history.work_process import FIGURES, LIMITS_S, REPLAY, REPORT
+from opensuction.kernel import private_file
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,120}\.mcap")
+"""Of what a recorder writes. What a record says otherwise is no file of this folder."""
+MOST_PARTS = 1000
+
+
+class RecordingFile(NamedTuple):
+    """A recording: its file, and further parts where a recorder died."""
+
+    name: str
+    parts: tuple[Path, ...]
+    size: int
+    """Bytes of all parts."""
+    changed_ns: int
+    """When the last of them was written to, or put in its place."""
+
+
+def _is_file(path: Path) -> bool:
+    """True for a plain file; a link could lead out of the folder."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except OSError:
+        return False
+
+
+def find(folder: Path, name: str | None) -> RecordingFile | None:
+    """The recording of this name; None where there is none here.
+
+    name: as it is on record; it never comes from whoever asks.
+    """
+    if name is None or not NAME.fullmatch(name) or ".." in name:
+        return None
+    first = folder / name
+    if not _is_file(first):
+        return None
+    parts = [first]
+    for number in range(2, MOST_PARTS):
+        part = folder / f"{first.stem}-{number}.mcap"
+        if not _is_file(part):
+            break
+        parts.append(part)
+    facts = [part.stat() for part in parts]
+    return RecordingFile(
+        name,
+        tuple(parts),
+        sum(one.st_size for one in facts),
+        max(max(one.st_mtime_ns, one.st_ctime_ns) for one in facts),
+    )
+
+
+FOLDER = ".history"
+FORMAT = 3
+"""Of what is kept; the next number makes everything be worked out anew."""
+
+
+def _stem(file: RecordingFile) -> str:
+    key = f"{FORMAT} {__version__} {file.size} {file.changed_ns} {len(file.parts)}"
+    return f"{file.name}.{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+
+
+class ResultCache:
+    """The folder, made when something is kept first."""
+
+    def __init__(self, recordings: Path) -> None:
+        self._folder = recordings / FOLDER
+
+    def find(self, file: RecordingFile, kind: str) -> bytes | None:
+        """Kept result of a recording. kind: ``report.html``, ``replay.json``, ``figure.json``."""
+        if not private_file.is_own_folder(self._folder):
+            return None
+        try:
+            return (self._folder / f"{_stem(file)}.{kind}").read_bytes()
+        except OSError:
+            return None
+
+    def keep(self, file: RecordingFile, kind: str, data: bytes) -> None:
+        """Keep it, whole or not at all; a disk that cannot take it costs time later, no more."""
+        path = self._folder / f"{_stem(file)}.{kind}"
+        with contextlib.suppress(OSError):
+            private_file.make_folder(self._folder)
+            if not private_file.is_own_folder(self._folder):
+                return
+            for old in self._folder.glob(f"{file.name}.*.{kind}"):
+                old.unlink(missing_ok=True)
+            private_file.write(path, data)
+
 
 LOG = logging.getLogger("opensuction.console")
 MODULE = "opensuction.console.history.work_process"

@@ -15,15 +15,13 @@ from opensuction.console.guard.problem import Problem
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row
 from opensuction.console.live.state import refused
-from opensuction.ipc.event_ring import COLUMNS, EventReader, ProcessEvent
-from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.mailbox import PATIENCE_S
+from opensuction.ipc.ring import COLUMNS, EventReader, FollowedRing, ProcessEvent
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import STOP
-from opensuction.runtime import controller_request
-from opensuction.runtime.controller_request import LOOKS_S, PRESSED
+from opensuction.kernel.interface import STOP
+from opensuction.kernel.vocabulary import Phase, name_of
+from opensuction.runtime import launch
+from opensuction.runtime.launch import CONTROLLER_REQUEST_LOOKS_S, PRESSED
 from opensuction.runtime.machine_button import BUTTONS
 from opensuction.runtime.paths import EVENTS
 
@@ -39,7 +37,7 @@ class ButtonPress(NamedTuple):
     """Request of a person."""
 
     ask: str
-    """A field of `kernel.requests.Requests`."""
+    """A field of `kernel.interface.Requests`."""
     who: str
     key: str
 
@@ -137,7 +135,7 @@ class Asking:
             )
 
     def _put(self, asked: ButtonPress, patience_s: float) -> None:
-        controller_request.send(self._folder, asked.ask, asked.who, asked.key, patience_s)
+        launch.send(self._folder, asked.ask, asked.who, asked.key, patience_s)
 
     async def _row_after(self, tick: int) -> Row | None:
         """The row of that tick, or a later one; None where the controller has ended meanwhile."""
@@ -146,7 +144,7 @@ class Asking:
             newest = self._hub.newest()
             if newest is not None and (row := Row(newest[1])).whole("inputs.tick") >= tick:
                 return row
-            await asyncio.sleep(LOOKS_S)
+            await asyncio.sleep(CONTROLLER_REQUEST_LOOKS_S)
         return None
 
     def _listen(self, key: str, found: asyncio.Future[ProcessEvent]) -> None:
@@ -171,7 +169,7 @@ class Asking:
                 found = self._waiting.get(str(event.fields.get("key")))
                 if found is not None and not found.done():
                     found.set_result(event)
-            await asyncio.sleep(LOOKS_S)
+            await asyncio.sleep(CONTROLLER_REQUEST_LOOKS_S)
 
 
 def _unheard(asked: ButtonPress, reason: str) -> str:

@@ -1,27 +1,52 @@
-"""Description of machine, patient and next cycle, as known before anything moves."""
+"""Description of machine, patient and next cycle, as known before anything moves.
+
+One-line description of a planned cycle, of the protocol in force or of a draft.
+"""
 
 import json
+import math
 from datetime import timedelta
 from typing import Any
 
 from opensuction import __version__
-from opensuction.console.live import plan_words
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
 from opensuction.kernel.compiled import as_python
-from opensuction.kernel.disclaimer import NOT_A_DEVICE
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import NOT_A_DEVICE, Phase, name_of
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.records.database import utc_time
 from opensuction.report import wording
 from opensuction.runtime.machine_button import PRESSABLE
-from opensuction.runtime.machine_identity import About
-from opensuction.safety import tip_bound
+from opensuction.runtime.paths import About
+from opensuction.safety.limits import head_cap_mm
+
+
+def say(
+    deepest_mm: float, back_mm: float, vacuum_mmhg: float, suction_s: float, by_contact: bool
+) -> str:
+    """The line. back_mm: where suction takes place by contact; infinite where it has touched.
+
+    >>> say(48.47, 48.47, 120.0, 14.96, by_contact=False)
+    'to 48.5 mm, 120 mmHg, at most 15 s suction'
+    >>> say(95.0, 88.0, 120.0, 15.0, by_contact=True)
+    'until the carina is touched, 95 mm at most, then back to 88 mm, 120 mmHg, at most 15 s suction'
+    """
+    where = f"to {_mm(deepest_mm)}"
+    if by_contact:
+        back = "" if math.isinf(back_mm) else f", then back to {_mm(back_mm)}"
+        where = f"until the carina is touched, {_mm(deepest_mm)} at most{back}"
+    # Rounded up: it is a promise.
+    most_s = math.ceil(10.0 * suction_s - 1e-9) / 10.0
+    return f"{where}, {vacuum_mmhg:.0f} mmHg, at most {most_s:g} s suction"
+
+
+def _mm(depth_mm: float) -> str:
+    return f"{round(depth_mm, 1):g} mm"
+
 
 NOTICE = f"{NOT_A_DEVICE} In-silico: a digital twin"
-HEAD_CAP_MM = as_python(tip_bound.head_cap_mm)
+HEAD_CAP_MM = as_python(head_cap_mm)
 CARINA = "carina_mm"
 """Where it is expected, among what recordings say of a machine (`About.heading`)."""
 
@@ -85,7 +110,7 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
 def say_plan(settings: Settings) -> str:
     """Describe in one line what a start will do."""
     plan = settings.plan
-    return plan_words.say(
+    return say(
         plan.motion.target_mm,
         _suction_mm(settings),
         plan.vacuum_mmhg,

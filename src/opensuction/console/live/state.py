@@ -7,27 +7,25 @@ import time
 from datetime import UTC, datetime
 from typing import Any, NamedTuple
 
-from opensuction.console.live import phase_left
+from opensuction.console.live import row as rows
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
 from opensuction.ipc.heartbeat import Heartbeat, Process
 from opensuction.kernel.compiled import as_python
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
-from opensuction.procedure.cycle import refusal, transition
-from opensuction.procedure.cycle.check_item import CheckItem
-from opensuction.procedure.cycle.preoxygenation import Preoxygenation
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.vocabulary import Phase, name_of
+from opensuction.procedure.cycle import lock_out, transition
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.lock_out import Refusal
+from opensuction.procedure.cycle.schedule import Preoxygenation
 from opensuction.procedure.suction import line_flow
 from opensuction.runtime import decision
 from opensuction.runtime.decision import Alarm
-from opensuction.safety import tip_bound
 from opensuction.safety.alarm.alarm_state import NOTHING
 from opensuction.safety.condition import OUT_FIRST, Condition
 from opensuction.safety.condition_mask import decode
-from opensuction.safety.priority import Priority
-from opensuction.safety.tip_bound import TipInterval
+from opensuction.safety.handling import Priority
+from opensuction.safety.limits import TipInterval, deepest_mm, shallowest_mm
 
 State = dict[str, Any]
 CONNECTED_S = 0.5
@@ -47,7 +45,7 @@ LOST = Alarm(
 )
 """What the console itself says: the only alarm that does not come from the controller, because
 there is none."""
-DEEPEST_MM, SHALLOWEST_MM = map(as_python, (tip_bound.deepest_mm, tip_bound.shallowest_mm))
+DEEPEST_MM, SHALLOWEST_MM = map(as_python, (deepest_mm, shallowest_mm))
 _WATCH, _UPKEEP = "state.core.governor.watch", "state.core.upkeep"
 
 
@@ -114,7 +112,7 @@ def _processes(heartbeat: Heartbeat | None) -> State:
 def _phase(settings: Settings, row: Row) -> State:
     cause, item = row.whole("outputs.cause"), CheckItem(row.whole("outputs.check_item"))
     failed = CheckItem(row.whole("outputs.check_failed"))
-    left_s = phase_left.left_s(settings, row)
+    left_s = rows.left_s(settings, row)
     return {
         "phase": name_of(Phase(row.whole("outputs.phase"))),
         "phase_left_s": None if left_s is None else plain(left_s, 2),
@@ -249,7 +247,7 @@ def refused(row: Row) -> dict[str, str] | None:
     found = Refusal(row.whole("outputs.counters.refusal"))
     if found == Refusal.NONE:
         return None
-    said = refusal.say(found, row.number("outputs.counters.rest_left_s"))
+    said = lock_out.say(found, row.number("outputs.counters.rest_left_s"))
     sentence, _, remedy = said.partition(": ")
     return {"name": name_of(found), "sentence": sentence, "remedy": remedy}
 

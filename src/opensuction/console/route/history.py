@@ -1,6 +1,17 @@
-"""History: past cycles with their reports and recordings, alarms, acts, the trail, trends."""
+"""History: past cycles with their reports and recordings, alarms, acts, the trail, trends.
 
+A report as a console serves it: its own scripts run, and nothing else that may be in it.
+
+It is sandboxed, so that it has an origin of its own and no cookie of anybody's; it may ask nobody
+for anything. Scripts are let through by the hashes of those that the report is made with, worked
+out from the program's files and not from the page: what got into a page by a name or a detail
+has another hash.
+"""
+
+import base64
+import hashlib
 from datetime import datetime, timedelta
+from functools import cache
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
@@ -10,13 +21,42 @@ from pydantic import AwareDatetime
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
 from opensuction.console.access import Holder, may, may_begin
-from opensuction.console.guard import byte_range
+from opensuction.console.guard import body
 from opensuction.console.guard.problem import Problem, documented
-from opensuction.console.history import answer, archive, report_page
+from opensuction.console.history import answer, archive
 from opensuction.console.history.archive import Archive
 from opensuction.records.entry import Outcome
 from opensuction.records.history import LARGEST_NUMBER, LONGEST_SEARCH, PAGE, PastCycle, Wanted
 from opensuction.records.recording_check import BoundRecording
+from opensuction.report import sheet
+from opensuction.report.cycle import page
+
+
+@cache
+def policy() -> str:
+    """The content security policy of a report."""
+    scripts = [sheet.read("vendor", "uPlot.iife.min.js")]
+    scripts += [sheet.read("template", name) for name in page.SCRIPTS]
+    hashes = " ".join(f"'sha256-{_hash(one)}'" for one in scripts)
+    return "; ".join(
+        (
+            "sandbox allow-scripts allow-modals",
+            "default-src 'none'",
+            f"script-src {hashes}",
+            # Widths of the phases stand in attributes; a style can fetch nothing here.
+            "style-src 'unsafe-inline'",
+            "img-src data:",
+            "base-uri 'none'",
+            "form-action 'none'",
+            # It is shown within the console's page: STOP stays in reach.
+            "frame-ancestors 'self'",
+        )
+    )
+
+
+def _hash(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
 
 router = APIRouter(tags=["History"])
 LONGEST_PAGE = 200
@@ -110,7 +150,7 @@ def read_report(here: Here, _: Looks, id: Id) -> Response:  # noqa: A002
     """The report of a cycle: the page that the command line writes, from its recording."""
     _cycle, file = here.finished_file(id)
     headers = {
-        "Content-Security-Policy": report_page.policy(),
+        "Content-Security-Policy": policy(),
         "X-Frame-Options": "SAMEORIGIN",
         "Cache-Control": "no-store",
     }
@@ -138,7 +178,7 @@ def read_recording(
     if part > len(file.parts):
         raise Problem(404, f"the recording has {len(file.parts)} parts")
     path = file.parts[part - 1]
-    asked = byte_range.read(wanted_bytes)
+    asked = body.read_byte_range(wanted_bytes)
     if asked is None or asked.find_start(path.stat().st_size) == 0:  # the rest of it is the same
         here.note_taken(cycle, part, holder)
     suffix = "" if part == 1 else f"-{part}"

@@ -1,4 +1,7 @@
-"""Identification of the machine's kind before use, and its acceptance by an engineer."""
+"""Identification of the machine's kind before use, and its acceptance by an engineer.
+
+Teaching the travel length, and the catheter's change.
+"""
 
 from typing import Annotated, Any
 
@@ -8,8 +11,47 @@ from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
 from opensuction.console.access import Here, Holder, check_reason, may, may_change
 from opensuction.console.guard.problem import documented
-from opensuction.console.setup import acceptance, bedside, change, machine_identification
-from opensuction.console.setup.form import ReasonBody
+from opensuction.console.setup import change, machine_identification, teach
+from opensuction.console.setup.form import CatheterBody, ReasonBody, TeachingBody
+
+teaching_router = APIRouter(tags=["Teaching"])
+
+
+@teaching_router.get("/teaching", responses=documented(401, 403, 503))
+def read_teaching(
+    site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
+) -> dict[str, Any]:
+    """State of teaching, the steps that it allows, and the length that was taught."""
+    return teach.shown(site)
+
+
+@teaching_router.post("/teaching", responses=documented(401, 403, 409, 503))
+def step_teaching(
+    body: TeachingBody, site: Here, who: Annotated[Session, Depends(may_change(Right.TEACH))]
+) -> dict[str, Any]:
+    """Take a step; to stop at any of them, press Stop."""
+    teach.take_step(site, who, body.step, body.version, body.key)
+    return teach.shown(site)
+
+
+@teaching_router.get("/catheter", responses=documented(401, 403, 503))
+def read_catheter(
+    site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
+) -> dict[str, Any]:
+    """The catheter that is in, and how long it may still be used."""
+    return teach.shown_catheter(site)
+
+
+@teaching_router.put("/catheter", responses=documented(401, 403, 409, 503))
+def change_catheter(
+    body: CatheterBody,
+    site: Here,
+    who: Annotated[Session, Depends(may_change(Right.CHANGE_CATHETER))],
+) -> dict[str, Any]:
+    """Say that another one has been put in, while the machine is out of service."""
+    teach.put(site, who, body.label, body.key)
+    return teach.shown_catheter(site)
+
 
 router = APIRouter(tags=["Identification"])
 
@@ -21,14 +63,17 @@ def read_identification(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))]
 ) -> dict[str, Any]:
     """Source of the machine's settings, and the runs of this console."""
-    found = bedside.basis_of(site)
+    found = change.basis_of(site)
     return {
         "version": found.version,
         "calibrated_by": found.calibrated_by,
         "compensation": found.compensation.name.lower().replace("_", "-"),
         "is_bench": found.person is None,
         "measured": machine_identification.MEASURED,
-        "runs": [acceptance.shown(site, one) for one in machine_identification.RUNS.list()[:1]],
+        "runs": [
+            machine_identification.shown_acceptance(site, one)
+            for one in machine_identification.RUNS.list()[:1]
+        ],
     }
 
 
@@ -38,10 +83,12 @@ def begin_identification(
 ) -> dict[str, Any]:
     """Excite a simulated machine of this kind; the one at the bed is not moved."""
     reason = check_reason(body.reason)
-    found = bedside.basis_of(site)
+    found = change.basis_of(site)
     detail = f"a simulated machine of this kind; reason: {reason}"
     change.record(site, who.account, "identify-kind", detail, body.key)
-    return acceptance.shown(site, machine_identification.RUNS.begin(site, who, found))
+    return machine_identification.shown_acceptance(
+        site, machine_identification.RUNS.begin(site, who, found)
+    )
 
 
 @router.get("/identification/{run}", responses=documented(401, 403, 404))
@@ -49,7 +96,7 @@ def read_run(
     run: Id, site: Here, _: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))]
 ) -> dict[str, Any]:
     """Progress and result of a run, with the loop of head and tip."""
-    return acceptance.shown(site, machine_identification.RUNS.find(run))
+    return machine_identification.shown_acceptance(site, machine_identification.RUNS.find(run))
 
 
 @router.post("/identification/{run}/accept", responses=documented(401, 403, 404, 409, 503))
@@ -62,5 +109,5 @@ def accept_run(
     """Have the machine at the bed go by what was found, while it is parked."""
     reason = check_reason(body.reason)
     found = machine_identification.RUNS.find(run)
-    acceptance.accept(site, who, found, reason, body.version, body.key)
-    return acceptance.shown(site, found)
+    machine_identification.accept(site, who, found, reason, body.version, body.key)
+    return machine_identification.shown_acceptance(site, found)

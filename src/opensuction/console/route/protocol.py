@@ -4,9 +4,9 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request
 
-from opensuction.accounts.refusal import NotAllowedError
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
+from opensuction.accounts.site import NotAllowedError
 from opensuction.console.access import (
     Here,
     Holder,
@@ -17,7 +17,7 @@ from opensuction.console.access import (
     may_change,
 )
 from opensuction.console.guard.problem import documented
-from opensuction.console.setup import arithmetic, bedside, patient, protocol_settings
+from opensuction.console.setup import change, protocol_settings
 from opensuction.console.setup.form import DraftBody, PatientBody, ProtocolBody
 from opensuction.console.setup.protocol_settings import Wanted
 
@@ -72,7 +72,7 @@ def read_guidelines(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
 ) -> list[dict[str, Any]]:
     """Limits of the guidelines by age, each with its source."""
-    return arithmetic.guidelines(bedside.basis_of(site).site)
+    return protocol_settings.guidelines(change.basis_of(site).site)
 
 
 @router.get("/patient", responses=documented(401, 403, 503))
@@ -80,7 +80,7 @@ def read_patient(
     site: Here, _: Annotated[Holder, Depends(may(Right.SEE_BEDSIDE))]
 ) -> dict[str, Any]:
     """Data of the patient on which settings depend."""
-    return patient.shown(site)
+    return protocol_settings.patient_shown(site)
 
 
 @router.put("/patient", responses=documented(401, 403, 409, 503))
@@ -91,5 +91,5 @@ def set_patient(
 ) -> dict[str, Any]:
     """Another pseudonym; the body that a twin plays cannot be another one."""
     wanted = body.model_dump(exclude={"version", "key"})
-    patient.put(site, who, wanted, body.version, body.key)
-    return patient.shown(site)
+    protocol_settings.put_patient(site, who, wanted, body.version, body.key)
+    return protocol_settings.patient_shown(site)

@@ -10,12 +10,18 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from opensuction.accounts.rule.right import RIGHTS
 from opensuction.accounts.session import Session
-from opensuction.console.access import Here, allow_change, check_reason, find_name, find_turn
+from opensuction.console.access import (
+    ConsoleContext,
+    Here,
+    allow_change,
+    check_reason,
+    find_name,
+    find_turn,
+)
 from opensuction.console.guard import origin
 from opensuction.console.guard.problem import Problem, documented
 from opensuction.console.live.button_press import Asking, ButtonPress
-from opensuction.console.site import ConsoleContext
-from opensuction.kernel.requests import STOP
+from opensuction.kernel.interface import STOP
 from opensuction.records.entry import Action
 from opensuction.runtime import machine_button
 from opensuction.runtime.journal import ANYBODY

@@ -1,7 +1,11 @@
-"""Signals at full rate: which there are, and a stream of those that are asked for."""
+"""Signals at full rate: which there are, and a stream of those that are asked for.
+
+Parameters of a request for signals: its channels, and how much of the past to send.
+"""
 
 import asyncio
 import contextlib
+import math
 from typing import Annotated, NamedTuple
 
 from fastapi import APIRouter, Depends, WebSocket, WebSocketDisconnect
@@ -13,18 +17,51 @@ from opensuction.accounts import session
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
 from opensuction.console import access
-from opensuction.console.access import Here, Holder
+from opensuction.console.access import ConsoleContext, Here, Holder
 from opensuction.console.guard import problem
-from opensuction.console.guard.handler import of_error
-from opensuction.console.guard.problem import Problem, documented
-from opensuction.console.signals import signal_request
+from opensuction.console.guard.problem import FieldError, Problem, documented, of_error
 from opensuction.console.signals.channel import CHANNELS, Channel, plain
-from opensuction.console.signals.feed import FRAMES_PER_S, Feed, FullError
-from opensuction.console.signals.signal_request import CHANNELS_MOST
-from opensuction.console.signals.subscriber import Subscriber
-from opensuction.console.site import ConsoleContext
+from opensuction.console.signals.feed import FRAMES_PER_S, PAST_MOST_S, Feed, FullError, Subscriber
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
+
+CHANNELS_MOST = 16
+SHOWN = 60
+"""Letters of an unknown name that are said again."""
+
+
+def read_channels(asked: str) -> tuple[Channel, ...]:
+    """Channels by their names, with commas between; raises Problem 422."""
+    names = [name.strip() for name in asked.split(",", CHANNELS_MOST)] if asked.strip() else []
+    if not names:
+        raise _problem("channels", f"name 1 to {CHANNELS_MOST} channels, with commas between")
+    if len(names) > CHANNELS_MOST:
+        raise _problem("channels", f"{CHANNELS_MOST} channels at most at once")
+    if len(set(names)) < len(names):
+        raise _problem("channels", "a channel is named twice")
+    for name in names:
+        if name not in CHANNELS:
+            shown = "".join(one if one.isprintable() else "?" for one in name[:SHOWN])
+            raise _problem("channels", f"no channel '{shown}': see /api/v1/signals/channels")
+    return tuple(CHANNELS[name] for name in names)
+
+
+def read_past_s(asked: str | None) -> float:
+    """Duration of past signals that is asked for, in s; raises Problem 422."""
+    if asked is None:
+        return 0.0
+    try:
+        wanted_s = float(asked) if len(asked) < SHOWN else math.nan
+    except ValueError:
+        wanted_s = math.nan
+    if not 0.0 <= wanted_s <= PAST_MOST_S:
+        raise _problem("past_s", f"should be a number of seconds from 0 to {PAST_MOST_S:g}")
+    return wanted_s
+
+
+def _problem(field: str, detail: str) -> Problem:
+    return Problem(422, detail, [FieldError(field, detail)])
+
 
 router = APIRouter(tags=["signals"])
 CHECKS_S = 5.0
@@ -89,10 +126,10 @@ def find_feed(site: ConsoleContext, websocket: WebSocket) -> Feed:
 
 @router.websocket("/signals")
 async def stream(websocket: WebSocket, site: Here) -> None:
-    """Rows of the asked channels as they come: see `console.signals.frame`; words as JSON."""
+    """Rows of the asked channels as they come: see `console.signals.channel`; words as JSON."""
     try:
-        channels = signal_request.read_channels(websocket.query_params.get("channels", ""))
-        past_s = signal_request.read_past_s(websocket.query_params.get("past_s"))
+        channels = read_channels(websocket.query_params.get("channels", ""))
+        past_s = read_past_s(websocket.query_params.get("past_s"))
         holder = await run_in_threadpool(_allow, site, websocket)
     except Problem as refused:
         await websocket.send_denial_response(problem.answer(refused))

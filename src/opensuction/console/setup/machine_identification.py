@@ -3,6 +3,8 @@
 On the twin the real-time signals have no laser on the tip, so the machine at the bed cannot find
 its own transmission; a simulated one of the same kind, catheter and seed is excited in a process of
 the lowest priority. What comes of it an engineer may accept, with a reason.
+
+Acceptance of an identification: an engineer puts its result in force at the bedside.
 """
 
 import atexit
@@ -19,14 +21,21 @@ from uuid import uuid4
 import numpy as np
 
 from opensuction.accounts.session import Session
+from opensuction.console.access import ConsoleContext
 from opensuction.console.guard.problem import Problem
-from opensuction.console.site import ConsoleContext
+from opensuction.console.setup import change, draft
+from opensuction.console.setup.change import SettingsChange
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel import private_file
-from opensuction.kernel.name import name_of
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import name_of
+from opensuction.procedure.cycle.progress import HOME_MM
+from opensuction.records.entry import SettingsFile
 from opensuction.report.series import directions, keep_rows, to_list
-from opensuction.session.calibration.calibration_file import RECORDING_FILE
+from opensuction.session.calibration.calibration_file import PARAMETER_FILE, RECORDING_FILE
+from opensuction.session.cycle import equipment
 from opensuction.session.running.basis import Basis
+from opensuction.settings import identification_file
 
 FOLDER = "identification"
 """Where runs lie, beside the recordings."""
@@ -266,3 +275,61 @@ def _loop(path: Path) -> dict[str, list[float | None]] | None:
         "tip": to_list(tip[rows], 2),
         "inward": to_list(inward[rows].astype(np.float64), 0),
     }
+
+
+def shown_acceptance(site: ConsoleContext, run: IdentificationJob) -> dict[str, Any]:
+    """Progress and result of a run, with the shift of the parked head if it is accepted.
+
+    A head that is no longer where it is parked halts the machine, and a reset brings it there.
+    """
+    told = shown(run)
+    shift_mm = halts = None
+    if told["state"] == "found" and told["accepted_by"] is None:
+        try:
+            present = site.hub.configuration().settings.plan.motion
+            _, following = _with(change.basis_of(site), run)
+            motion = change.made(following, site.hub.configuration()).settings.plan.motion
+        except (InputError, Problem):
+            pass  # not to be said now; accepting it says why
+        else:
+            shift_mm = motion.park_head_mm - present.park_head_mm
+            halts = abs(shift_mm) > motion.settle_mm + HOME_MM
+    return {**told, "park_shift_mm": shift_mm, "halts": halts}
+
+
+def accept(
+    site: ConsoleContext, who: Session, run: IdentificationJob, reason: str, version: int, key: str
+) -> Basis:
+    """Have the machine go by what was found, with a reason. Raises as `change.carry_out`."""
+    result = result_of(run)
+    if run.process.poll() is None or result is None or not result.accepted:
+        raise Problem(409, "nothing was found that could be accepted")
+    with change.LOCK:
+        if RUNS.accepted_by(run) is not None:
+            raise Problem(409, "the machine goes by it already")
+        found = change.basis_of(site)
+        change.check_version(found, version)
+        change.require_parked(change.now(site))
+        file, following = _with(found, run)
+        detail = f"{file.name} {file.sha256}; gap {result.gap_mm:.2f} mm; reason: {reason}"
+        wanted = SettingsChange(who.account, key, "accept-calibration", detail, following, file)
+        after = change.carry_out(site, wanted)
+        RUNS.accept(run, who.account)
+    return after
+
+
+def _with(found: Basis, run: IdentificationJob) -> tuple[SettingsFile, Basis]:
+    """The parameter file, and settings made with its model. Raises InputError, or Problem 422."""
+    path = run.folder / PARAMETER_FILE
+    identified = identification_file.load(path)
+    kind = equipment.resolve(found.rig).machine
+    calibration = equipment.calibration(identified, path.name, kind)
+    name = f"calibration-{path.parent.name}.toml"
+    following = found._replace(calibration=calibration, calibrated_by=f"accepted {name}")
+    checked = draft.Draft(found.by_contact, found.site, found.protocol, ())
+    if refused := draft.judge(following, checked):
+        raise Problem(422, f"the protocol in force does not fit it: {refused[0].sentence}")
+    try:
+        return SettingsFile(name, path.read_text(encoding="utf-8")), following
+    except OSError as error:
+        raise InputError(f"{path.name} cannot be read: {error.strerror}") from None

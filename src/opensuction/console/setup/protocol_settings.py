@@ -1,22 +1,177 @@
-"""The protocol in force, drafts of another, and who may set what of it."""
+"""The protocol in force, drafts of another, and who may set what of it.
 
+The planner's arithmetic of a protocol, for people: travel, times, vacuum, guidelines.
+
+The patient at the machine, as far as the machine's settings depend on it.
+"""
+
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session, require
-from opensuction.console.access import check_reason
+from opensuction.console.access import ConsoleContext, check_reason
 from opensuction.console.guard.problem import FieldError, Problem
-from opensuction.console.setup import arithmetic, bedside, change, field
+from opensuction.console.live import machine_description
+from opensuction.console.setup import change
 from opensuction.console.setup import draft as drafts
-from opensuction.console.setup.bedside import Now
-from opensuction.console.setup.change import APPROACHES, SettingsChange
-from opensuction.console.setup.draft import Draft
-from opensuction.console.setup.field import FIXED, LIMITS
-from opensuction.console.site import ConsoleContext
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.planning.protocol import Protocol
+from opensuction.console.setup.change import APPROACHES, Now, SettingsChange
+from opensuction.console.setup.draft import CHANGES_FIRST, FIXED, LIMITS, Draft
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.planning import clinical, planner
+from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Guideline
+from opensuction.procedure.planning.protocol import Protocol, Site
+from opensuction.records import entry
+from opensuction.runtime import paths
+from opensuction.runtime.paths import About
+from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
+
+FIXED_ON_TWIN = (
+    "the twin plays one patient for as long as it runs: for another one end it, and start it with "
+    "opensuction serve --patient"
+)
+PATIENT_FIXED = (
+    "the machine's settings are made for one body: for another one end it, and prepare it anew for "
+    "that one"
+)
+NOBODY = "nobody is on this machine: a bench has no patient"
+
+
+def patient_shown(site: ConsoleContext) -> dict[str, Any]:
+    """The patient."""
+    found, told = change.basis_of(site), site.about()
+    geometry, person = found.site, found.person
+    return {
+        "version": found.version,
+        "is_twin": told.machine.is_twin,
+        "is_bench": person is None,
+        "pseudonym": told.patient,
+        "age": geometry.age.name.lower(),
+        "tube_mm": geometry.tube_mm,
+        "tube_length_mm": None if person is None else person.tube_length_mm,
+        "weight_kg": None if person is None else person.weight_kg,
+        "catheter_mm": geometry.catheter_mm,
+        "carina_mm": geometry.carina_mm,
+        "peep_cmh2o": geometry.peep_cmh2o,
+        "fixed": _why_fixed(told) if person is not None else NOBODY,
+    }
+
+
+def put_patient(
+    site: ConsoleContext, who: Session, wanted: dict[str, Any], version: int, key: str
+) -> None:
+    """Another pseudonym; another body is refused. Raises Problem."""
+    with change.LOCK:
+        found, now = change.basis_of(site), change.now(site)
+        change.check_version(found, version)
+        change.require_parked(now)
+        told = site.about()
+        if found.person is None:
+            raise Problem(409, NOBODY)
+        _refuse_other(found, wanted, _why_fixed(told))
+        pseudonym = wanted["pseudonym"]
+        try:
+            entry.check_pseudonym(pseudonym)
+        except InputError as error:
+            raise Problem(422, str(error), [FieldError("pseudonym", str(error))]) from None
+        if pseudonym == told.patient:
+            raise Problem(409, "nothing would be other than it is")
+        detail = f"pseudonym {told.patient} -> {pseudonym}"
+        change.record(site, who.account, "choose-patient", detail, key)
+        paths.write(site.folder, told._replace(patient=pseudonym))
+        bases.write(site.folder, found._replace(version=found.version + 1))
+
+
+def _why_fixed(told: About) -> str:
+    """Reason why nobody else can be chosen here."""
+    return FIXED_ON_TWIN if told.machine.is_twin else PATIENT_FIXED
+
+
+def _refuse_other(found: Basis, wanted: dict[str, Any], why: str) -> None:
+    """Raises Problem for another body than the one at the machine. why: it cannot be another."""
+    assert found.person is not None
+    is_there = {
+        "age": found.site.age.name.lower(),
+        "tube_mm": found.site.tube_mm,
+        "weight_kg": found.person.weight_kg,
+    }
+    other = [
+        FieldError(name, why)
+        for name, value in is_there.items()
+        if wanted.get(name) is not None and wanted[name] != value
+    ]
+    if other:
+        raise Problem(409, why, other)
+
+
+def planned(basis: Basis, draft: Draft) -> dict[str, Any]:
+    """The arithmetic of a draft whose numbers are some, whether it is refused or not."""
+    protocol, site = draft.protocol, draft.site
+    assert protocol is not None
+    able = drafts.abilities(basis, site)
+    times = planner.timeline(protocol, able, site, draft.by_contact)
+    total_s = times.preload + times.in_airway + times.stroke
+    return {
+        "sentence": machine_description.say(
+            protocol.travel_mm,
+            planner.suction_mm(protocol, site),
+            protocol.vacuum_mmhg,
+            protocol.negative_pressure_budget_s,
+            draft.by_contact,
+        ),
+        "way_mm": number(protocol.travel_mm - site.park_mm),
+        "travel_mm": number(protocol.travel_mm),
+        "left_to_cap_mm": number(protocol.cap_mm - protocol.travel_mm),
+        "left_to_carina_mm": number(site.carina_mm - protocol.travel_mm),
+        "vacuum_mmhg": number(protocol.vacuum_mmhg),
+        "times_s": {name: number(value) for name, value in times._asdict().items()},
+        "total_s": number(total_s),
+        "budgets_s": {
+            "negative_pressure": number(protocol.negative_pressure_budget_s),
+            "in_airway": number(protocol.in_airway_budget_s),
+        },
+        "guidelines": [
+            {
+                "field": CHANGES_FIRST[field],
+                "name": one.name,
+                "value": number(one.value),
+                "limit": one.limit,
+                "unit": one.unit,
+                "is_strict": one.strict,
+                "ok": one.ok,
+                "source": one.source,
+            }
+            for field, one in zip(
+                Guideline._fields,
+                clinical.held_against_guidelines(protocol, able, site, draft.by_contact),
+                strict=True,
+            )
+        ],
+    }
+
+
+def number(value: float) -> float | None:
+    """As JSON has it; None for what is none."""
+    return float(value) if math.isfinite(value) else None
+
+
+def guidelines(site: Site) -> list[dict[str, Any]]:
+    """The table of limits, by age, with the sources; which of them are this patient's."""
+    return [
+        {
+            "age": age.name.lower(),
+            "is_patients": age == site.age,
+            "limits": [
+                {"name": name, "limit": limit, "source": SOURCES[name]}
+                for name, limit in limits._asdict().items()
+            ],
+        }
+        for age, limits in GUIDELINES.items()
+    ]
+
 
 BY_CONTACT = {name: by_contact for by_contact, name in APPROACHES.items()}
 KNOWN, TAUGHT = "known", "taught"
@@ -50,14 +205,14 @@ def draft_of(found: Basis, now: Now, wanted: Wanted) -> Draft:
 
 def plan(site: ConsoleContext, wanted: Wanted) -> dict[str, Any]:
     """The planner's arithmetic of a draft, and why it cannot be."""
-    found, now = bedside.basis_of(site), bedside.now(site)
+    found, now = change.basis_of(site), change.now(site)
     draft = draft_of(found, now, wanted)
     refused = drafts.judge(found, draft)
     needs = [] if draft.protocol is None else needed(found, draft)
     return {
         "version": found.version,
         "refused": [one._asdict() for one in refused],
-        "plan": None if draft.protocol is None else arithmetic.planned(found, draft),
+        "plan": None if draft.protocol is None else planned(found, draft),
         "changes": [] if draft.protocol is None else changes(found, draft),
         "needs": [str(one) for one in needs],
     }
@@ -119,9 +274,9 @@ def put(
 ) -> Basis:
     """Set it on the machine that runs. Raises what `change.carry_out` does, and Problem 422."""
     with change.LOCK:
-        found, now = bedside.basis_of(site), bedside.now(site)
+        found, now = change.basis_of(site), change.now(site)
         change.check_version(found, version)
-        bedside.require_parked(now)
+        change.require_parked(now)
         draft = draft_of(found, now, wanted)
         refused = drafts.judge(found, draft)
         if refused or draft.protocol is None:
@@ -168,7 +323,7 @@ def _in_words(told: list[dict[str, Any]]) -> str:
 
 def shown(site: ConsoleContext) -> dict[str, Any]:
     """Settings in force, with all that their form needs."""
-    found, now = bedside.basis_of(site), bedside.now(site)
+    found, now = change.basis_of(site), change.now(site)
     given = found.protocol._asdict()
     draft = drafts.read(given, found.by_contact, found.site, bool(given[FIXED]))
     is_parked = now.phase == Phase.PARKED
@@ -184,8 +339,8 @@ def shown(site: ConsoleContext) -> dict[str, Any]:
         "calibrated_by": found.calibrated_by,
         "bench_only": found.protocol.bench_only,
         "protocol": {name: value for name, value in given.items() if name != FIXED},
-        "plan": arithmetic.planned(found, draft),
-        "fields": [one._asdict() for one in field.fields()],
+        "plan": planned(found, draft),
+        "fields": [one._asdict() for one in drafts.fields()],
         "presets": presets(found, now),
         "phase": now.phase_name,
         "may_change_now": is_parked,

@@ -3,27 +3,88 @@
 The machine gets limits under which a person may push the catheter to the carina, and no cycle
 starts; it is taught; then either the clinical protocol is fitted to what was taught, or what was in
 force before is set again. Where a machine has a simulated hand, as a twin, that one pushes.
+
+The catheter: how long it may still be used, and which one takes its place.
+
+Its life begins on record with its first cycle; in the controller when it is put in.
 """
 
 import contextlib
+import time
 from enum import StrEnum
 from typing import Any
 
 from opensuction.accounts.session import Session
-from opensuction.console.guard.problem import Problem
-from opensuction.console.setup import bedside, change, draft
-from opensuction.console.setup.bedside import Now
-from opensuction.console.setup.change import SettingsChange
-from opensuction.console.site import ConsoleContext
+from opensuction.console.access import ConsoleContext
+from opensuction.console.guard.problem import FieldError, Problem
+from opensuction.console.setup import change, draft
+from opensuction.console.setup.change import Now, SettingsChange
 from opensuction.controller import configuration
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.machine import backend
+from opensuction.kernel.vocabulary import Phase
+from opensuction.machine import port
 from opensuction.machine.port import Capabilities, HandTask, SimulatedHand
 from opensuction.procedure.cycle.teaching import PLAUSIBLE
 from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.records import entry
 from opensuction.runtime import paths
 from opensuction.session.running.basis import Basis
+
+NEW_S = 5.0
+"""A catheter that is younger has just been put in."""
+SEEN_S = 1.0
+"""How long the controller's next rows may take to show it."""
+
+
+def shown_catheter(site: ConsoleContext) -> dict[str, Any]:
+    """The catheter that is in."""
+    now, told = change.now(site), site.about().catheter
+    used_s = site.records.catheter_age_s(told.label)
+    return {
+        "label": told.label,
+        "size_fr": told.size_fr,
+        "life_s": told.life_s,
+        "age_s": now.catheter_age_s if now.catheter_age_s < float("inf") else None,
+        "left_s": max(told.life_s - now.catheter_age_s, 0.0),
+        "first_use_s_ago": used_s,
+        "phase": now.phase_name,
+        "is_out_of_service": now.phase == Phase.OUT_OF_SERVICE,
+    }
+
+
+def put(site: ConsoleContext, who: Session, label: str, key: str) -> None:
+    """Say that another one has been put in. Raises Problem, or RecordsError: nothing was changed.
+
+    The machine must be out of service: hands are at it, and nothing moves.
+    """
+    with change.LOCK:
+        now, told = change.now(site), site.about()
+        if now.phase != Phase.OUT_OF_SERVICE:
+            raise Problem(
+                409, "take the machine out of service first: nothing may move with hands at it"
+            )
+        _check_label(site, label)
+        detail = f"{told.catheter.label} -> {label}, {told.catheter.size_fr} Fr"
+        change.record(site, who.account, "change-catheter", detail, key)
+        change.press(site.folder, "changed", who.account, key)
+        ends_s = time.monotonic() + SEEN_S
+        while change.now(site).catheter_age_s > NEW_S:
+            if time.monotonic() > ends_s:
+                raise Problem(409, "the controller did not take it: is it out of service?")
+            time.sleep(0.01)
+        paths.write(site.folder, told._replace(catheter=told.catheter._replace(label=label)))
+
+
+def _check_label(site: ConsoleContext, label: str) -> None:
+    """Raises Problem for what is no label, and for one that another catheter has had."""
+    try:
+        entry.check_name("the catheter's label", label)
+    except InputError as error:
+        raise Problem(422, str(error), [FieldError("label", str(error))]) from None
+    if label == site.about().catheter.label or site.records.catheter_age_s(label) is not None:
+        words = f"a catheter '{label}' has been used already: each one has a label of its own"
+        raise Problem(409, words, [FieldError("label", words)])
+
 
 OWN_HAND = "a person's own hand moves this machine"
 NO_HAND = "no hand can move this machine's catheter head: set the length that somebody has measured"
@@ -91,7 +152,7 @@ def stage_of(found: Basis, now: Now) -> Stage:
 
 def shown(site: ConsoleContext) -> dict[str, Any]:
     """Stage of teaching, and the length that was taught."""
-    found, now = bedside.basis_of(site), bedside.now(site)
+    found, now = change.basis_of(site), change.now(site)
     span, can = PLAUSIBLE[found.site.age], site.hub.machine().capabilities
     stage = stage_of(found, now)
     return {
@@ -131,7 +192,7 @@ def _hand(site: ConsoleContext) -> SimulatedHand | None:
     if not site.hub.machine().capabilities.simulated_hand:
         return None
     try:
-        return backend.load(site.folder).hand_of(site.folder)
+        return port.load(site.folder).hand_of(site.folder)
     except InputError:
         return None
 
@@ -145,7 +206,7 @@ def _feels(site: ConsoleContext) -> bool | None:
 def take_step(site: ConsoleContext, who: Session, step: Step, version: int, key: str) -> None:
     """Carry a step out. Raises Problem, InputError or RecordsError; then nothing was done."""
     with change.LOCK:
-        found, now = bedside.basis_of(site), bedside.now(site)
+        found, now = change.basis_of(site), change.now(site)
         stage = stage_of(found, now)
         if found.person is None:
             raise Problem(409, BENCH)
@@ -162,7 +223,7 @@ def take_step(site: ConsoleContext, who: Session, step: Step, version: int, key:
             return
         if step in BUTTONS:
             _put_hand_away(site, found, step)
-            bedside.press(site.folder, BUTTONS[step], who.account, key)
+            change.press(site.folder, BUTTONS[step], who.account, key)
             if step == Step.CONFIRM and _hand(site) is not None:
                 # It presses on the carina no longer than it must: the governor allows 2 s.
                 _hold(site, found, HandTask.DRAW)

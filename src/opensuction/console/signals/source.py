@@ -6,18 +6,15 @@ A control process may end and another one begin; then its ring is another file, 
 from pathlib import Path
 from typing import NamedTuple
 
-from opensuction.console.signals.frame import Block
+from opensuction.console.signals.channel import Block
 from opensuction.controller import configuration
-from opensuction.ipc.event_ring import EventReader, ProcessEvent
-from opensuction.ipc.followed_ring import FollowedRing
-from opensuction.ipc.ring import RingReader
+from opensuction.ipc.ring import EventReader, FollowedRing, ProcessEvent, RingReader
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
 from opensuction.kernel.record import Array
-from opensuction.runtime import row_event
-from opensuction.runtime.loop import CONFIGURED, ROW_COLUMNS
+from opensuction.kernel.vocabulary import name_of
+from opensuction.runtime import loop
+from opensuction.runtime.loop import CONFIGURED, ROW_COLUMNS, Seen
 from opensuction.runtime.paths import CONFIGURATION, EVENTS, RING
-from opensuction.runtime.row_event import Seen
 from opensuction.safety.condition import Condition
 
 NS_PER_S = 1e9
@@ -74,13 +71,13 @@ NOTHING = Found(None, (), ())
 def marks(block: Block, seen: Seen) -> tuple[list[Occurrence], Seen]:
     """Phases, trips and alarms that change within rows. seen: in the row before the first."""
     found = []
-    for at, one in row_event.find(block.rows, seen):
+    for at, one in loop.find(block.rows, seen):
         time_s = float(block.rows[at, _TIME])
         words = _CONDITIONS.get(one.name, ("", "")) if one.kind in ("alarm", "trip") else ("", "")
         found.append(
             Occurrence(block.source, one.tick, time_s, one.kind, one.name, one.detail, *words)
         )
-    return found, row_event.seen_in(block.rows[-1])
+    return found, loop.seen_in(block.rows[-1])
 
 
 def _facts(reader: RingReader, source: int) -> SourceFacts:
@@ -103,7 +100,7 @@ class SignalSource:
         self._ring = FollowedRing(folder / RING, lambda columns: columns == ROW_COLUMNS)
         self._event_ring = FollowedRing(folder / EVENTS, lambda _: True)
         self._events: EventReader | None = None
-        self._seen = row_event.NOTHING
+        self._seen = loop.NOTHING
         self._tip = (1.0, 0.0)
         self.facts: SourceFacts | None = None
         """Of the control process that is followed; None before there was one."""
@@ -121,7 +118,7 @@ class SignalSource:
             newest = self._ring.reader.snapshot()
             self._ring.reader.next = self._ring.reader.newest() + 1
             if newest is not None:
-                self._seen = row_event.seen_in(newest[1])
+                self._seen = loop.seen_in(newest[1])
         if self._events is not None:
             self._events.read()
 
@@ -136,7 +133,7 @@ class SignalSource:
             # Of the one before: what it wrote between the last look and its end.
             rest = (*rest, *self._read(before, facts.source - 1))
         old = tuple(one for block in rest for one in self._marks(block))
-        self._seen = row_event.NOTHING
+        self._seen = loop.NOTHING
         blocks, occurrences = self._with_events(self._read(self._ring.reader))
         return Found(facts, (*rest, *blocks), (*old, *occurrences))
 
@@ -198,7 +195,7 @@ class SignalSource:
 
     def _of_happening(self, happening: ProcessEvent) -> Occurrence:
         """Event of the control process, without the person who asked: that is for the records."""
-        one = row_event.of_happening(happening)
+        one = loop.of_happening(happening)
         time_s = int(happening.fields.get("time_ns", 0)) / NS_PER_S
         return Occurrence(self._found, one.tick, time_s, one.kind, one.name, one.detail)
 
@@ -211,7 +208,7 @@ class PastRows:
         self._reader.next = first
         self._source = source
         self._run = source.facts
-        self._seen = row_event.NOTHING
+        self._seen = loop.NOTHING
 
     @property
     def is_over(self) -> bool:

@@ -13,8 +13,14 @@ import numpy as np
 from opensuction import __version__
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence import worker_pool
-from opensuction.evidence.benchmark.benchmark_plant import PLANT_OF_NAME, PLANTS, Model, Twin
-from opensuction.evidence.benchmark.disturbance import DISTURBANCES, NOTHING
+from opensuction.evidence.benchmark.benchmark_plant import (
+    DISTURBANCES,
+    NOTHING,
+    PLANT_OF_NAME,
+    PLANTS,
+    Model,
+    Twin,
+)
 from opensuction.evidence.benchmark.plant_run import CarryOut, PlantRun, take
 from opensuction.kernel.errors import InputError
 

@@ -4,6 +4,11 @@ Every plant is identified by the same excitation and the same estimators before 
 no compensator is handed a plant's parameters. Models fitted to our own bench are in the class of
 our own twin; those that others published, that were fitted to real recordings, or whose lag depends
 on speed are not.
+
+Changes of a plant after its identification, unknown to the controller: the benchmark's columns.
+
+A transmission's gap, gain and offset drift with the conduit's route, with temperature and with how
+the catheter is clamped; polymers creep; commands come late. The compensator is told of none.
 """
 
 import math
@@ -26,16 +31,98 @@ from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
 from opensuction.identification.estimator import branch_curve, nonlinear, superposition
 from opensuction.kernel import random_stream
-from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.plan import Excitation
 from opensuction.settings import conduit_file
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.twin import parameter, preset, transmission_parameter
-from opensuction.twin.conduit import recorded_conduit, transmission_class
-from opensuction.twin.conduit.recorded_conduit import RecordedConduit
+from opensuction.twin.conduit import play_line
+from opensuction.twin.conduit.play_line import RecordedConduit
 from opensuction.twin.machine import transmission
+from opensuction.twin.machine.transmission import Creep, Transmission
+
+
+class Disturbance(NamedTuple):
+    """A change after the identification; as it stands here, none."""
+
+    name: str = "as identified"
+    gap_ratio: float = 1.0
+    """Of every gap width, or of the lag in its place."""
+    gain_ratio: float = 1.0
+    """Of the tip's travel, reckoned from the head's position 0."""
+    offset_mm: float = 0.0
+    """That the tip is farther in."""
+    creep_ratio: float = 1.0
+    """Of the twin's creep. A model plant has none, so that it gets this multiple of the bench's."""
+    delay_s: float = 0.0
+    """By which commands come late: the head's on an ideal servo, the drives' at a twin."""
+    cycles: int = 0
+    """So many cycles that taught the compensation by a light barrier went before, without contact;
+    a model plant alone has the barrier."""
+
+
+NOTHING = Disturbance()
+DISTURBANCES = (
+    Disturbance("gap +10 %", gap_ratio=1.1),
+    Disturbance("gap -10 %", gap_ratio=0.9),
+    Disturbance("gain +2 %", gain_ratio=1.02),
+    Disturbance("gain -2 %", gain_ratio=0.98),
+    Disturbance("offset +2 mm", offset_mm=2.0),
+    Disturbance("offset -2 mm", offset_mm=-2.0),
+    Disturbance("creep x4", creep_ratio=4.0),
+    Disturbance("5 ms delay", delay_s=0.005),
+    Disturbance("gap +10 %, two cycles on", gap_ratio=1.1, cycles=2),
+    Disturbance("gap -10 %, two cycles on", gap_ratio=0.9, cycles=2),
+    Disturbance("offset +2 mm, two cycles on", offset_mm=2.0, cycles=2),
+    Disturbance("offset -2 mm, two cycles on", offset_mm=-2.0, cycles=2),
+)
+DISTURBANCE_NAMES = tuple(one.name for one in DISTURBANCES)
+MODEL_CREEP = preset.transmission_of(parameter.nominal(parameter.BENCH)).creep
+"""Of the nominal bench."""
+
+
+def _multiply(amplitudes: Creep, ratio: float) -> Creep:
+    return amplitudes._replace(
+        fast_mm=ratio * amplitudes.fast_mm, slow_mm=ratio * amplitudes.slow_mm
+    )
+
+
+def disturb_transmission(conduit: Transmission, disturbance: Disturbance) -> Transmission:
+    """A twin's transmission with all but the delay."""
+    widths = tuple(disturbance.gap_ratio * width for width in conduit.widths_mm)
+    return conduit._replace(
+        widths_mm=widths,
+        lag_ratio=disturbance.gap_ratio * conduit.lag_ratio,
+        gain=disturbance.gain_ratio * conduit.gain,
+        offset_mm=conduit.offset_mm + disturbance.offset_mm,
+        creep=_multiply(conduit.creep, disturbance.creep_ratio),
+    )
+
+
+def delay(head_mm: Array, disturbance: Disturbance, dt_s: float) -> Array:
+    """Head positions as late as the disturbance has them; shape (n,), from rest."""
+    ticks = round(disturbance.delay_s / dt_s)
+    if ticks == 0:
+        return head_mm
+    return np.concatenate((np.full(ticks, head_mm[0]), head_mm[:-ticks]))
+
+
+def disturb_tip(tip_mm: Array, at_head_0_mm: float, disturbance: Disturbance, dt_s: float) -> Array:
+    """Tip positions of a model plant with gain, offset and creep changed; shape (n,).
+
+    at_head_0_mm: its tip with the head at 0.
+    """
+    if disturbance.gain_ratio != 1.0:
+        tip_mm = at_head_0_mm + disturbance.gain_ratio * (tip_mm - at_head_0_mm)
+    if disturbance.offset_mm != 0.0:
+        tip_mm = tip_mm + disturbance.offset_mm
+    if disturbance.creep_ratio != 1.0:
+        stronger = _multiply(MODEL_CREEP, disturbance.creep_ratio)
+        tip_mm = tip_mm - transmission.lag_mm(stronger, tip_mm, dt_s)
+    return tip_mm
+
 
 RETRACTED = -1.0
 """Memory after a long retract, the past of every run here."""
@@ -167,7 +254,7 @@ def _superposition(name: str, about: str) -> Model:
                 return found.simulate
             if isinstance(found.record, Preisach):
                 wide = _rows_of(found.record)
-                return lambda heads: recorded_conduit.tip_mm(wide, heads, ratio, found.memory_ratio)
+                return lambda heads: play_line.tip_mm(wide, heads, ratio, found.memory_ratio)
             return found._replace(record=_widen(found.record, ratio)).simulate
 
         return laid
@@ -178,7 +265,7 @@ def _superposition(name: str, about: str) -> Model:
 def _rows_of(record: Preisach) -> RecordedConduit:
     """A Preisach model as plays side by side, whose widths may be others than whole levels."""
     levels = record.weights_mm.shape[0]
-    grid = recorded_conduit.triangle(levels, levels, record.low_mm, record.high_mm)
+    grid = play_line.triangle(levels, levels, record.low_mm, record.high_mm)
     return grid._replace(gains=record.weights_mm / grid.cell_mm, offset_mm=record.offset_mm)
 
 
@@ -188,7 +275,7 @@ def _recorded(name: str) -> Model:
     kind = "a Preisach model" if name in conduit_file.PREISACH else "a play readout"
 
     def laid(ratio: float) -> Plant:
-        return lambda head: recorded_conduit.tip_mm(shipped.conduit, head, ratio)
+        return lambda head: play_line.tip_mm(shipped.conduit, head, ratio)
 
     return Model(
         name,
@@ -202,7 +289,7 @@ def _recorded(name: str) -> Model:
 
 
 def _rub(_head: Array, _tip: Array) -> Laid:
-    chosen = transmission_class.RUBBING
+    chosen = play_line.RUBBING
     table = parameter.BENCH | transmission_parameter.rows(chosen)
     nominal = preset.transmission_of(parameter.nominal(table), chosen)
     still = nominal._replace(creep=nominal.creep._replace(fast_mm=0.0, slow_mm=0.0))

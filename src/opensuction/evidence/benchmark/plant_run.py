@@ -2,6 +2,11 @@
 
 A twin runs the whole controller with its governor, scored as the paper scores (laser minus
 reference). A model plant runs the compensator on an ideal servo, scored without sensor noise.
+
+A compensator on an ideal servo: the head follows its command, and nothing is noisy or late.
+
+What is left is compensator against plant; any model of hysteresis can be that plant, because a
+compensator never sees the tip. Nobody is on such a machine, and no governor watches it.
 """
 
 from collections.abc import Callable
@@ -10,54 +15,144 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.control import compensation
-from opensuction.control.compensation import CompensationKind
-from opensuction.control.head_path import HeadLimits
-from opensuction.controller import adaptation, machine_profile, setup
-from opensuction.controller.calibration import PLAIN_PD, Calibration
+from opensuction.control import compensation, motion_profile
+from opensuction.control.backlash_inverse import HeadState
+from opensuction.control.compensation import Branches, Compensation, CompensationKind
+from opensuction.control.motion_profile import HeadLimits
+from opensuction.controller import machine_profile, setup
+from opensuction.controller.calibration import PLAIN_PD, Calibration, adapted, learn, passed
 from opensuction.evidence.benchmark.benchmark_plant import (
     BENCH_STROKE,
     KEPT,
+    NOTHING,
+    Disturbance,
     Model,
     Plant,
     Twin,
-    wide_recording,
-)
-from opensuction.evidence.benchmark.benchmark_plant import noise_mm as laser_noise_mm
-from opensuction.evidence.benchmark.disturbance import (
-    NOTHING,
-    Disturbance,
     delay,
     disturb_tip,
     disturb_transmission,
+    wide_recording,
 )
+from opensuction.evidence.benchmark.benchmark_plant import noise_mm as laser_noise_mm
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.identification.estimator import modified_dahl as estimator
 from opensuction.identification.estimator import prandtl_ishlinskii as play_estimator
 from opensuction.identification.estimator import servo
 from opensuction.identification.estimator.adaptation import unchanged
-from opensuction.identification.estimator.gap_scale import TRUSTED
-from opensuction.identification.judgement import drive_choice
+from opensuction.identification.estimator.gap_measurement import TRUSTED
+from opensuction.identification.judgement import recommendation
+from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle import cycle
-from opensuction.procedure.cycle.plan import Excitation
+from opensuction.procedure.cycle import plan as plans
+from opensuction.procedure.cycle.demand import INWARDS, NOT_ANNOUNCED_S, OUTWARDS
+from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.clinical import Template
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.procedure.planning.site import BENCH_SITE
+from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.cycle import cycle_run, driving, resolution
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.cycle.equipment import EVERY, with_lines
 from opensuction.session.cycle.resolution import ResolvedCycle
-from opensuction.simulation import ideal_loop, outcome, self_calibration
+from opensuction.simulation import outcome, self_calibration
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.ideal_loop import Course
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
+
+
+class Course(NamedTuple):
+    """Course of the tip's reference, a sample a tick: the way in, the dwell and the way out."""
+
+    demand: Array
+    """Reference, its velocity, direction of the next motion and time until it; shape (n, 4)."""
+    insertion_tick: int
+    """Tick at which the tip begins to move in; before it the gap may be crossed."""
+
+
+def cycle_course(plan: Plan) -> Course:
+    """The demand of one cycle of known travel, as the procedure announces it (`Demand`)."""
+    motion = plan.motion
+    in_s = float(motion_profile.staged_duration_s(plans.way_in(motion, motion.park_mm)))
+    way_out = plans.way_out(motion, motion.target_mm, motion.withdrawal_mm_per_s)
+    leaving_s = plan.preload_s + in_s + plan.dwell_s
+    total_s = leaving_s + float(motion_profile.duration_s(way_out))
+    demand = np.empty((round(total_s / DT_S) + 1, 4))
+    _fill(plan, plan.preload_s + in_s, demand)
+    return Course(demand, round(plan.preload_s / DT_S))
+
+
+@compiled
+def _fill(plan: Plan, arrived_s: float, demand: Array) -> None:
+    """Write the rows of `Course.demand`. arrived_s: when the reference reaches the target."""
+    motion = plan.motion
+    way_in = plans.way_in(motion, motion.park_mm)
+    way_out = plans.way_out(motion, motion.target_mm, motion.withdrawal_mm_per_s)
+    leaving_s = arrived_s + plan.dwell_s
+    for tick in range(demand.shape[0]):
+        now_s = tick * DT_S
+        direction, starts_in_s = INWARDS, 0.0
+        reference, velocity = motion.park_mm, 0.0
+        if now_s < plan.preload_s:
+            starts_in_s = plan.preload_s - now_s
+        elif now_s < leaving_s:
+            reference, velocity = motion_profile.staged_at(way_in, now_s - plan.preload_s)
+            left_s = leaving_s - now_s
+            if now_s >= arrived_s:
+                starts_in_s = NOT_ANNOUNCED_S
+            if left_s <= plan.gap_lead_s:
+                direction, starts_in_s = OUTWARDS, left_s
+        else:
+            reference, velocity = motion_profile.at(way_out, now_s - leaving_s)
+            direction = OUTWARDS
+        demand[tick, 0] = reference
+        demand[tick, 1] = velocity
+        demand[tick, 2] = direction
+        demand[tick, 3] = starts_in_s
+
+
+@compiled
+def lead(
+    chosen: Compensation,
+    heads_mm: Branches | None,
+    limits: HeadLimits,
+    start: HeadState,
+    demand: Array,
+    dt_s: float,
+) -> Array:
+    """Head positions under a compensator at the end of each tick, mm, shape (n,).
+
+    A command is where the head shall be when its tick ends; by then the reference is that of the
+    next tick. heads_mm: branches of the compensation. limits: of the head, which follows the
+    command no faster. demand: as `Course.demand`.
+    """
+    heads = np.empty(demand.shape[0])
+    state, head, velocity = start, start.head_mm, 0.0
+    for tick in range(demand.shape[0]):
+        state = compensation.step(
+            chosen,
+            heads_mm,
+            state,
+            demand[tick, 0],
+            demand[tick, 1],
+            demand[tick, 2],
+            demand[tick, 3],
+            dt_s,
+        )
+        most = limits.speed_mm_per_s
+        wanted = min(max(state.head_mm_per_s, -most), most)
+        # From where the command was a tick ago: at the end of this one the head is where it is.
+        distance = state.head_mm - wanted * dt_s - head
+        velocity = motion_profile.step(limits, distance, wanted, velocity, dt_s)
+        head += velocity * dt_s
+        heads[tick] = head
+    return heads
+
 
 BARRIER_MM = 10.0
 """[assumed] Depth at which a model plant has a light barrier on the tip's way: as far from where
@@ -118,7 +213,7 @@ def _take_twin(twin: Twin, seed: int) -> CarryOut:
         if kind == CompensationKind.NONE:
             return rigs.uncalibrated(rig.profile)
         if kind == CompensationKind.MODEL_PREVIEW:
-            return driving.with_lines(drawn, identified.calibration)
+            return with_lines(drawn, identified.calibration)
         return identified.calibration
 
     def carry_out(kind: CompensationKind, disturbance: Disturbance) -> PlantRun:
@@ -164,8 +259,8 @@ def lines_of(plant: Plant, seed: int, whole: Excitation = BENCH_STROKE) -> PlayL
     """The model of plays that `model-preview` drives by. Raises InputError where none drives."""
     head = excitation_mm(whole, inner=True)
     tip = plant(head) + laser_noise_mm(seed, head.size)
-    every = slice(None, None, driving.EVERY)
-    lines = drive_choice.choose(head[every].copy(), tip[every].copy(), only_lines=True).lines
+    every = slice(None, None, EVERY)
+    lines = recommendation.choose(head[every].copy(), tip[every].copy(), only_lines=True).lines
     assert lines is not None
     return lines
 
@@ -193,11 +288,11 @@ def drive_model(kind: CompensationKind, calibration: Calibration) -> Driven:
     plan = planner.plan(PAPER, able, profile.excitation, False, BENCH_SITE)
     speeds = (PAPER.insertion_mm_per_s, PAPER.withdrawal_mm_per_s)
     chosen = setup.compensator(profile, kind, calibration, speeds)
-    course = ideal_loop.course(plan)
+    course = cycle_course(plan)
     limits = HeadLimits(profile.head_limit_mm_per_s, profile.acceleration_mm_per_s2)
     branches_mm = setup.branches(kind, calibration)
     parked = compensation.park(chosen, compensation.rest(chosen, branches_mm, BENCH_SITE.park_mm))
-    heads = ideal_loop.lead(chosen, branches_mm, limits, parked, course.demand, DT_S)
+    heads = lead(chosen, branches_mm, limits, parked, course.demand, DT_S)
     return Driven(parked.head_mm, heads, course)
 
 
@@ -219,9 +314,9 @@ def adapt(
     for _ in range(disturbance.cycles):
         heads, tips = follow(plant, drive_model(kind, used), disturbance)
         dark = tips > BARRIER_MM
-        seen = adaptation.passed(identified, ~dark, heads, BARRIER_MM, DT_S, by_lines)
-        change = adaptation.learn(identified, change, seen)
-        used = adaptation.adapted(identified, change.new)
+        seen = passed(identified, ~dark, heads, BARRIER_MM, DT_S, by_lines)
+        change = learn(identified, change, seen)
+        used = adapted(identified, change.new)
     return used
 
 

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.control import direct_inverse, profile
-from opensuction.control.exact_inverse import AT_REST
-from opensuction.control.profile import Profile
+from opensuction.control import backlash_inverse, motion_profile
+from opensuction.control.backlash_inverse import AT_REST
+from opensuction.control.motion_profile import Profile
 from opensuction.evidence.paper.claim import ARITHMETIC, COMPUTED, PaperClaim
 from opensuction.hysteresis import modified_dahl, play
 from opensuction.hysteresis.modified_dahl import (
@@ -70,7 +70,7 @@ def trapezoid_mm() -> tuple[Values, Values]:
     time_s = np.arange(0.0, 2.0 * travel_s + DWELL_S, DT_S)
     turn_s = travel_s + DWELL_S
     reference = [
-        profile.at(way_in, t)[0] if t < turn_s else profile.at(way_out, t - turn_s)[0]
+        motion_profile.at(way_in, t)[0] if t < turn_s else motion_profile.at(way_out, t - turn_s)[0]
         for t in time_s
     ]
     return time_s, np.array(reference)
@@ -88,7 +88,7 @@ def printed_commands(
     state = AT_REST._replace(head_mm=head, lag_mm=lag)
     rows = np.empty((reference_mm.size, 2))
     for i, wanted in enumerate(reference_mm.tolist()):
-        state = direct_inverse.step(model, state, wanted, DT_S)
+        state = backlash_inverse.direct_step(model, state, wanted, DT_S)
         rows[i] = state.head_mm, state.lag_mm
     return rows[:, 0], rows[:, 1]
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.paper import standard_error
+from opensuction.evidence.paper import claim
 from opensuction.evidence.paper.claim import (
     CALIBRATED,
     COMPUTED,
@@ -15,7 +15,7 @@ from opensuction.evidence.paper.claim import (
     PaperClaim,
 )
 from opensuction.kernel import random_stream
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.report.sheet import Curve, Level, Plot, Section, Table
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -23,7 +23,7 @@ from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin.airway import tip
+from opensuction.twin.airway import airway
 from opensuction.twin.machine import contact_switch
 from opensuction.twin.machine.contact_switch import SwitchState
 
@@ -88,7 +88,7 @@ def press(rig: Rig) -> Press:
     forces = []
     while not state.reading and force_n < 1.0:
         free_mm += PRESS_MM_PER_S * DT_S
-        force_n = tip.touch(rig.machine.airway.tip, rig.values["carina_mm"], free_mm).force_n
+        force_n = airway.touch(rig.machine.airway.tip, rig.values["carina_mm"], free_mm).force_n
         state = contact_switch.step(switch, state, force_n, DT_S)
         forces.append(force_n)
     closed = force_n if state.reading else float("nan")
@@ -189,11 +189,11 @@ def claims(rows: tuple[ContactRow, ...], closing_n: list[float]) -> list[PaperCl
     largest = (max(map(abs, published)), max(map(abs, errors)))
     found: list[tuple[str, ClaimSource, ClaimKind, Pair, Pair]] = [
         *(
-            (name, source, PREDICTED, _means(paper, ours), standard_error.of_means(paper, ours))
+            (name, source, PREDICTED, _means(paper, ours), claim.of_means(paper, ours))
             for name, source, paper, ours in means
         ),
-        (SCATTER, COMPUTED, CALIBRATED, spreads, standard_error.of_spreads(published, errors)),
-        (LARGEST, COMPUTED, CALIBRATED, largest, standard_error.of_largest(published, errors)),
+        (SCATTER, COMPUTED, CALIBRATED, spreads, claim.of_spreads(published, errors)),
+        (LARGEST, COMPUTED, CALIBRATED, largest, claim.of_largest(published, errors)),
     ]
     stops = [
         PaperClaim(name, "Table II", source, kind, *pair, *error, "mm", (0.0,), TRIALS)
@@ -207,9 +207,7 @@ def claims(rows: tuple[ContactRow, ...], closing_n: list[float]) -> list[PaperCl
     return [
         *stops,
         *(
-            PaperClaim(
-                name, where, source, kind, *pair, *standard_error.of_counts(*pair, number), ""
-            )
+            PaperClaim(name, where, source, kind, *pair, *claim.of_counts(*pair, number), "")
             for name, where, source, kind, pair in counts
         ),
         PaperClaim(
@@ -219,7 +217,7 @@ def claims(rows: tuple[ContactRow, ...], closing_n: list[float]) -> list[PaperCl
             CALIBRATED,
             CLOSING_N,
             float(np.mean(closing_n)),
-            *standard_error.of_same_mean(closing_n, len(SEEDS)),
+            *claim.of_same_mean(closing_n, len(SEEDS)),
             "N",
             note=f"15 switches pressed at {PRESS_MM_PER_S:g} mm/s; tolerance: from their scatter, "
             "for the paper prints none of its five measurements",

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.paper import paper_plant, standard_error
+from opensuction.evidence.paper import claim, paper_plant
 from opensuction.evidence.paper.claim import (
     ARITHMETIC,
     CALIBRATED,
@@ -17,8 +17,7 @@ from opensuction.evidence.paper.claim import (
     ClaimSource,
     PaperClaim,
 )
-from opensuction.evidence.paper.paper_candidate import SHOWN
-from opensuction.evidence.paper.paper_plant import BOUC_WEN_RMSE_MM, RMSE_MM
+from opensuction.evidence.paper.paper_plant import BOUC_WEN_RMSE_MM, RMSE_MM, SHOWN
 from opensuction.hysteresis import bouc_wen, modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl
 from opensuction.identification import workbench
@@ -146,7 +145,7 @@ def _claim(
     name: str, source: ClaimSource, kind: ClaimKind, paper: float, ours: list[float], unit: str
 ) -> PaperClaim:
     """The paper's one bench as one more draw of ours."""
-    error = standard_error.of_one(ours)
+    error = claim.of_one(ours)
     mean = float(np.mean(ours))
     return PaperClaim(name, WHERE, source, kind, paper, mean, *error, unit, note=ONE_MORE)
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.paper import standard_error
+from opensuction.evidence.paper import claim
 from opensuction.evidence.paper.claim import (
     CALIBRATED,
     COMPUTED,
@@ -13,7 +13,7 @@ from opensuction.evidence.paper.claim import (
     ClaimKind,
     PaperClaim,
 )
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.report.sheet import Curve, Plot, Section, Table
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -130,7 +130,7 @@ def claims(rows: tuple[TrackingRow, ...]) -> list[PaperClaim]:
             kind,
             float(np.mean(paper)),
             float(np.mean(ours)),
-            *standard_error.of_means(paper, ours),
+            *claim.of_means(paper, ours),
             unit,
             (0.0, float(np.mean(BEFORE_MM))) if unit == "mm" and paper is AFTER_MM else (0.0,),
             TRIALS,
@@ -146,7 +146,7 @@ def claims(rows: tuple[TrackingRow, ...]) -> list[PaperClaim]:
             kind,
             float(np.std(paper, ddof=1)),
             float(np.std(ours, ddof=1)),
-            *standard_error.of_spreads(paper, ours),
+            *claim.of_spreads(paper, ours),
             "mm",
             (0.0,),
             TRIALS,

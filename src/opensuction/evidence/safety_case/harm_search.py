@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
 from opensuction.evidence.campaign.sound_machine import Kind
-from opensuction.evidence.safety_case import searched_run
+from opensuction.evidence.safety_case import hazard_case
+from opensuction.evidence.safety_case.hazard_case import Bed, Place, SearchedRun
 from opensuction.evidence.safety_case.hazard_claim import PHASES, SET_UP, Hazard
-from opensuction.evidence.safety_case.searched_run import Bed, Place, SearchedRun
 from opensuction.kernel import random_stream
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -184,7 +184,11 @@ class _Space:
 
 
 def search(
-    hazard: Hazard, runs: int, seeds: Sequence[int], seed: int = 1, play: Play = searched_run.run
+    hazard: Hazard,
+    runs: int,
+    seeds: Sequence[int],
+    seed: int = 1,
+    play: Play = hazard_case.run_searched,
 ) -> HarmSearch:
     """Search the faults of a hazard.
 

@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from opensuction.evidence.campaign.healthy_cycle import AIRWAY
+from opensuction.evidence.campaign.sound_machine import AIRWAY
 from opensuction.evidence.safety_case.hazard_claim import (
     ALL,
     CONTACT,
@@ -26,17 +26,16 @@ from opensuction.evidence.safety_case.hazard_claim import (
     HazardClaim,
     HazardRow,
     Response,
+    RiskEstimate,
 )
-from opensuction.evidence.safety_case.risk import RiskEstimate
-from opensuction.evidence.safety_case.risk import check as check_risk
+from opensuction.evidence.safety_case.hazard_claim import check as check_risk
 from opensuction.kernel.errors import InputError
 from opensuction.oracle.harm import NAMES
 from opensuction.safety.condition import Condition
-from opensuction.safety.priority import Priority
+from opensuction.safety.handling import Priority
 from opensuction.session.cycle.resolution import APPROACHES
-from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
-from opensuction.settings.validation import validate
+from opensuction.settings.validation import choose, validate
 from opensuction.settings.wording import name_source, one_line, show
 from opensuction.twin.fault.fault import BY_NAME
 from opensuction.twin.fault.fault_table import ROWS

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.evidence.campaign import played_cycle
-from opensuction.evidence.campaign.healthy_cycle import HealthyCycle, find_wait_s
 from opensuction.evidence.campaign.played_cycle import Played
+from opensuction.evidence.campaign.sound_machine import HealthyCycle, find_wait_s
 from opensuction.evidence.safety_case.hazard_claim import (
     NEEDS_NO_ALARM,
     REFUSES,
@@ -21,19 +21,18 @@ from opensuction.evidence.safety_case.hazard_claim import (
     Raiser,
     Response,
 )
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.oracle.bound import BOUNDS
-from opensuction.oracle.exposure import PatientExposure
+from opensuction.kernel.vocabulary import AgeGroup
+from opensuction.oracle.exposure import BOUNDS, PatientExposure
 from opensuction.oracle.harm import LEFT_INSIDE, NAMES, Harm
 from opensuction.result.safety_case_result import StripChart
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation.annunciation import CONTROLLER, Annunciation
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.injection import run_judgement, safe_state
+from opensuction.simulation.injection import invariant, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant
-from opensuction.simulation.injection.first_sign import SIGNS
+from opensuction.simulation.injection.injection import SIGNS
+from opensuction.simulation.injection.invariant import SafeBounds
 from opensuction.simulation.injection.run_judgement import Judgement, LeftInside
-from opensuction.simulation.injection.safe_state import SafeBounds
+from opensuction.simulation.outcome import CONTROLLER, Annunciation
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -212,8 +211,8 @@ def judge(
     )
     told = _find_told(claim, judged.told, at_s)
     bounds = SafeBounds(judged.borne.outside_mm, VENTED_MMHG, limits.vacuum_mmhg, TOUCH_N)
-    safe = safe_state.holds(columns, SAFE_STATES[claim.safe_state].predicates, bounds)
-    safe_s = safe_state.safe_s(columns, safe, at_s)
+    safe = invariant.holds(columns, SAFE_STATES[claim.safe_state].predicates, bounds)
+    safe_s = invariant.safe_s(columns, safe, at_s)
     result = HazardResult(
         case=case,
         alarm="" if told is None else told.condition.name,

@@ -2,17 +2,37 @@
 
 All of it follows from the trial and the cycle's number, so that any cycle can be played again alone
 and any part of a trial on its own, and a longer trial begins with the cycles of a shorter one.
+
+Cohorts of a trial: sets of patients by name.
 """
 
 from typing import NamedTuple, get_args
 
-from opensuction.evidence.campaign.fault_placement import find_strength
-from opensuction.evidence.campaign.sound_machine import Kind
-from opensuction.evidence.trial import cohort
+from opensuction.evidence.campaign.sound_machine import Kind, find_strength
 from opensuction.kernel import random_stream
 from opensuction.result.trial_result import FaultCount, Trial
+from opensuction.session.cycle.resolution import APPROACHES
+from opensuction.settings.validation import choose
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
+
+PRESETS = "presets"
+COHORTS: dict[str, tuple[str, ...]] = {
+    PRESETS: tuple(PATIENT_TABLES),
+    **{name: (name,) for name in PATIENT_TABLES},
+}
+"""Presets of patients by the name of their set: all of them, or one."""
+
+
+def list_kinds(cohort: str) -> tuple[Kind, ...]:
+    """Every patient of a cohort by every approach, in the order in which machines take turns.
+
+    Raises InputError for an unknown name.
+    """
+    patients = choose(cohort, COHORTS, "--cohort")
+    return tuple(Kind(patient, approach) for patient in patients for approach in APPROACHES)
+
 
 PURPOSE = 72
 """Number of the noise stream of trials."""
@@ -49,14 +69,14 @@ def count_per_machine(trial: Trial) -> int:
 
 def find_machine(trial: Trial, number: int) -> int:
     """Machine, from 0 on, of the cycle of a number, 1 or more: as many take turns as kinds."""
-    kinds = len(cohort.list_kinds(trial.cohort))
+    kinds = len(list_kinds(trial.cohort))
     group, within = divmod(number - 1, kinds * count_per_machine(trial))
     return group * kinds + within % kinds
 
 
 def list_numbers(trial: Trial, machine: int, cycles: int) -> list[int]:
     """Numbers of the cycles of a machine, of those up to ``cycles``."""
-    kinds = len(cohort.list_kinds(trial.cohort))
+    kinds = len(list_kinds(trial.cohort))
     group, kind = divmod(machine, kinds)
     first = 1 + group * kinds * count_per_machine(trial) + kind
     numbers = range(first, first + kinds * count_per_machine(trial), kinds)
@@ -65,14 +85,14 @@ def list_numbers(trial: Trial, machine: int, cycles: int) -> list[int]:
 
 def count_machines(trial: Trial, cycles: int) -> int:
     """Number of machines that so many cycles take."""
-    kinds = len(cohort.list_kinds(trial.cohort))
+    kinds = len(list_kinds(trial.cohort))
     groups, within = divmod(cycles, kinds * count_per_machine(trial))
     return groups * kinds + min(within, kinds)
 
 
 def kind_of(trial: Trial, machine: int) -> Kind:
     """Patient and approach of a machine."""
-    kinds = cohort.list_kinds(trial.cohort)
+    kinds = list_kinds(trial.cohort)
     return kinds[machine % len(kinds)]
 
 

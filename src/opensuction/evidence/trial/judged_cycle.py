@@ -2,24 +2,35 @@
 
 A fault comes while it matters: the tip is in the airway, or will be within a second. One that comes
 second, when the first has already had the catheter drawn out, can do no more: it is not counted.
+
+True and false alarms of a cycle without faults.
+
+An alarm from the patient monitor is compared with the truth of the patient: a saturation below its
+limit is told rightly, and so is the contact of a tip that touches. Any other alarm of a sound
+machine is false.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from opensuction.evidence.campaign import fault_placement, played_cycle
-from opensuction.evidence.campaign.healthy_cycle import AIRWAY, HealthyCycle
+import numpy as np
+
+from opensuction.evidence.campaign import played_cycle, sound_machine
 from opensuction.evidence.campaign.played_cycle import Played
-from opensuction.evidence.trial import alarm_classification
+from opensuction.evidence.campaign.sound_machine import AIRWAY, HealthyCycle
 from opensuction.evidence.trial.draw import DrawnFault
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.oracle import exposure
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import Harm
 from opensuction.result.trial_result import Endpoints
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
+from opensuction.safety.limits import PatientLimits
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.simulation import outcome
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.injection import InjectedRun
@@ -28,8 +39,104 @@ from opensuction.simulation.injection.run_judgement import LeftInside
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 
+TOUCHED_TICKS = 500
+"""For how long the tip must have touched something: less than contact is waited for."""
+BROKEN_OFF = "broken off"
+"""Said of a cycle that ends early and names no condition."""
+COLUMNS = (
+    "time_s",
+    "phase",
+    "verdict.trips",
+    "truth.spo2_percent",
+    "truth.heart_rate_per_min",
+    "truth.airway_pressure_cmh2o",
+    "truth.contact_n",
+    *outcome.COLUMNS,
+)
+"""What is looked at."""
+
+
+def _is_desaturated(columns: Columns, limits: PatientLimits) -> bool:
+    return bool(columns["truth.spo2_percent"].min() < limits.spo2_percent)
+
+
+def _is_bradycardic(columns: Columns, limits: PatientLimits) -> bool:
+    return bool(columns["truth.heart_rate_per_min"].min() < limits.heart_rate_per_min)
+
+
+def _is_pressure_unsafe(columns: Columns, limits: PatientLimits) -> bool:
+    pressure = columns["truth.airway_pressure_cmh2o"]
+    least, most = limits.airway_least_cmh2o, limits.airway_most_cmh2o
+    return bool(pressure.min() < least or pressure.max() > most)
+
+
+def _is_losing_volume(columns: Columns, limits: PatientLimits) -> bool:
+    return bool(columns["truth.airway_pressure_cmh2o"].min() < limits.airway_losing_cmh2o)
+
+
+def _is_touching(columns: Columns, _: PatientLimits) -> bool:
+    """Something was in the tip's way, such as the carina of a patient who has been moved."""
+    return bool(columns["truth.contact_n"][-TOUCHED_TICKS:].min() > 0.0)
+
+
+TRUE_WHERE: dict[Condition, Callable[[Columns, PatientLimits], bool]] = {
+    Condition.SPO2_LOW: _is_desaturated,
+    Condition.HEART_RATE_LOW: _is_bradycardic,
+    Condition.AIRWAY_PRESSURE_UNSAFE: _is_pressure_unsafe,
+    Condition.LUNG_VOLUME_LOST: _is_losing_volume,
+    Condition.CONTACT_STUCK_CLOSED: _is_touching,
+}
+"""Conditions of the patient that may be there without any fault, and whether one was, by the truth
+up to when it was said."""
+CONSEQUENCES = (Condition.AUTOMATION_STOPPED,)
+"""Said of every cycle that is broken off: as true as what has broken it off."""
+
+
+class Spoken(NamedTuple):
+    """False and true alarms of a sound cycle, by name."""
+
+    false: tuple[str, ...]
+    true: tuple[str, ...]
+
+
+def _list_said(columns: Columns) -> dict[Condition, float]:
+    """Conditions that tripped or were told, and when first."""
+    first: dict[Condition, float] = {}
+    for one in outcome.told(columns):
+        first.setdefault(one.condition, one.at_s)
+    masks = columns["verdict.trips"].astype(np.int64)
+    for trip in condition_mask.decode_trips(int(np.bitwise_or.reduce(masks))):
+        at_s = float(columns["time_s"][np.argmax(masks >> int(trip) & 1)])
+        first[trip] = min(at_s, first.get(trip, at_s))
+    return first
+
+
+def _is_so(condition: Condition, at_s: float, columns: Columns, limits: PatientLimits) -> bool:
+    """True if what an alarm said at an instant had come to pass by then."""
+    if condition not in TRUE_WHERE:
+        return False
+    ticks = int(np.searchsorted(columns["time_s"], at_s, side="right"))
+    until = {name: columns[name][:ticks] for name in COLUMNS}
+    return TRUE_WHERE[condition](until, limits)
+
+
+def listen(columns: Columns, limits: PatientLimits) -> Spoken:
+    """False and true alarms of a run, or a part of it from its start, in which nothing was wrong.
+
+    columns: at least `COLUMNS`. limits: of the patient, as the controller has them.
+    """
+    said = _list_said(columns)
+    held = {one for one, at_s in said.items() if _is_so(one, at_s, columns, limits)}
+    if held:
+        held |= {one for one in said if one in CONSEQUENCES}
+    false = [one.name for one in said if one not in held]
+    if not said and np.isin(columns["phase"], (Phase.ABORTING, Phase.HALTED)).any():
+        false.append(BROKEN_OFF)
+    return Spoken(tuple(false), tuple(one.name for one in said if one in held))
+
+
 REMOVED = "truth.secretion_removed_ml"
-JUDGED = tuple(dict.fromkeys((*played_cycle.JUDGED, *alarm_classification.COLUMNS, REMOVED)))
+JUDGED = tuple(dict.fromkeys((*played_cycle.JUDGED, *COLUMNS, REMOVED)))
 """Columns that are looked at."""
 ON_THE_WAY = (Phase.CHECKING, Phase.PRELOADING, Phase.INSERTING)
 """Phases after which the tip is about to be inside."""
@@ -91,7 +198,7 @@ def place(drawn: Sequence[DrawnFault], healthy: HealthyCycle) -> tuple[Injection
     return tuple(
         Injection(
             one.fault,
-            FaultInstant(None, fault_placement.find_time_s(healthy, AIRWAY, one.share)),
+            FaultInstant(None, sound_machine.find_time_s(healthy, AIRWAY, one.share)),
             one.strength,
         )
         for one in drawn
@@ -148,8 +255,8 @@ def judge(number: int, played: Played) -> Case:
     came = _list_came(prepared, played.run)
     from_s = min((one.at_s for one in came if not math.isnan(one.at_s)), default=math.inf)
     ticks = len(columns["time_s"]) if math.isinf(from_s) else max(round(from_s / DT_S), 1)
-    sound = {name: columns[name][:ticks] for name in alarm_classification.COLUMNS}
-    spoken = alarm_classification.listen(sound, prepared.loop.controller.limits.patient)
+    sound = {name: columns[name][:ticks] for name in COLUMNS}
+    spoken = listen(sound, prepared.loop.controller.limits.patient)
     choice = prepared.resolved.choice
     return Case(
         number=number,

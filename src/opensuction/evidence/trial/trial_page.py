@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 
-from opensuction.evidence.trial import cohort, trial_summary
+from opensuction.evidence.trial import draw, trial_summary
 from opensuction.evidence.trial.draw import FAULTS
 from opensuction.result.trial_result import (
     EndpointSpread,
@@ -70,7 +70,7 @@ def command(result: TrialResult) -> str:
 
 def _asked(result: TrialResult) -> list[str]:
     trial, watched = result.trial, result.watched_s
-    kinds = cohort.list_kinds(trial.cohort)
+    kinds = draw.list_kinds(trial.cohort)
     play_any = trial_summary.play_command(trial, "NUMBER")
     patients = ", ".join(f"`{name}`" for name in dict.fromkeys(kind.patient for kind in kinds))
     approaches = " and ".join(dict.fromkeys(kind.approach for kind in kinds))

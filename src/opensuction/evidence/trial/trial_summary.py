@@ -1,28 +1,114 @@
-"""The result of a trial: counts with their bounds, what was broken, and the endpoints."""
+"""The result of a trial: counts with their bounds, what was broken, and the endpoints.
+
+Counts of a trial: broken bounds with their confidence bounds, unnoticed faults, endpoints.
+"""
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple, TypeVar
 
-from opensuction.evidence.campaign import post_cycle_observation
-from opensuction.evidence.trial import tally
+import numpy as np
+from scipy.stats import beta
+
+from opensuction.evidence.campaign import played_cycle
 from opensuction.evidence.trial.judged_cycle import Case
-from opensuction.evidence.trial.part import PlayedPart
-from opensuction.evidence.trial.trial_log import Heading
+from opensuction.evidence.trial.trial import Heading, PlayedPart
+from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.result.plain import measured
 from opensuction.result.trial_result import (
+    ByFaults,
     CatheterLeftInside,
+    Endpoints,
+    EndpointSpread,
+    LateFaults,
     LeftInsideCycles,
     LeftInsideReason,
     PatientEndpoints,
     SaidCycle,
+    ShareBound,
     Trial,
+    TrialBounds,
     TrialCycle,
     TrialResult,
+    Unnoticed,
     Violation,
     WatchedTime,
 )
+from opensuction.simulation.injection.run_judgement import count_left_inside
+
+CONFIDENCE = 0.95
+PERCENTILES = (50.0, 5.0, 95.0)
+Value = TypeVar("Value")
+
+
+def bound(cycles: int, broken: int) -> ShareBound:
+    """Clopper and Pearson's one-sided upper bound on the share of cycles that break something."""
+    if broken >= cycles:
+        return ShareBound(cycles, broken, 100.0)
+    upper = float(beta.ppf(CONFIDENCE, broken + 1, cycles - broken))
+    return ShareBound(cycles, broken, 100.0 * upper)
+
+
+def title(case: Case) -> tuple[str, ...]:
+    """Names of the faults of a cycle that counted, in the order of the alphabet."""
+    return tuple(sorted(one.fault.title for one in case.faults if one.counts))
+
+
+def by_faults(cases: Sequence[Case], count: Callable[[Sequence[Case]], Value]) -> ByFaults[Value]:
+    """A count of the cycles by how many of their faults counted."""
+    counts = range(len(ByFaults._fields))
+    return ByFaults(*(count([case for case in cases if case.counted == many]) for many in counts))
+
+
+def count_bounds(cases: Sequence[Case]) -> TrialBounds:
+    """Of commands in all cycles, of patients by how many faults counted, and of false alarms."""
+    sound = [case for case in cases if not case.counted]
+    return TrialBounds(
+        commands=bound(len(cases), sum(bool(case.commands) for case in cases)),
+        patient=by_faults(
+            cases, lambda some: bound(len(some), sum(bool(case.breaches) for case in some))
+        ),
+        false_alarms=bound(len(sound), sum(bool(case.false_alarms) for case in sound)),
+    )
+
+
+def count_too_late(cases: Iterable[Case]) -> LateFaults:
+    """Faults that came when they could do nothing any more, by name."""
+    found = Counter(one.fault.title for case in cases for one in case.faults if not one.counts)
+    return LateFaults(found.total(), dict(sorted(found.items())))
+
+
+def left_inside(cases: Iterable[Case]) -> LeftInsideCount:
+    """Catheters left inside."""
+    return count_left_inside(case.left_inside for case in cases)
+
+
+def unnoticed(cases: Iterable[Case]) -> dict[str, Unnoticed]:
+    """Of each fault that came alone, by name, how often nobody was told anything."""
+    alone = [case for case in cases if len(case.faults) == case.counted == 1]
+    every = Counter(title(case)[0] for case in alone)
+    missed = Counter(title(case)[0] for case in alone if not case.told)
+    return {name: Unnoticed(every[name], missed[name]) for name in sorted(every)}
+
+
+def endpoints(cases: Sequence[Case]) -> PatientEndpoints:
+    """Median, 5th and 95th percentile of each endpoint; what has no number in a cycle is left out.
+
+    cases: at least one, of one patient.
+    """
+    columns = zip(*(case.endpoints for case in cases), strict=True)
+    spreads = dict(zip(Endpoints._fields, map(_spread, columns), strict=True))
+    return PatientEndpoints(len(cases), sum(case.completed for case in cases), **spreads)
+
+
+def _spread(values: Sequence[float | None]) -> EndpointSpread | None:
+    numbers = np.array(values, dtype=float)
+    numbers = numbers[np.isfinite(numbers)]
+    if not numbers.size:
+        return None
+    return EndpointSpread(*(float(one) for one in np.percentile(numbers, PERCENTILES)))
+
 
 USUAL = Trial()
 
@@ -58,7 +144,7 @@ def list_violations(trial: Trial, cases: Iterable[Case]) -> tuple[Violation, ...
                 number=case.number,
                 patient=case.patient,
                 approach=case.approach,
-                faults=tally.title(case),
+                faults=title(case),
                 counted=case.counted,
                 bound=name,
                 is_command=is_command,
@@ -76,15 +162,13 @@ def _left_inside(cases: Sequence[Case]) -> LeftInsideCycles:
     reasons = Counter((one.unavoidable, one.person) for _, one in left)
     faults = {
         reason: Counter(
-            " + ".join(tally.title(case))
-            for case, one in left
-            if (one.unavoidable, one.person) == reason
+            " + ".join(title(case)) for case, one in left if (one.unavoidable, one.person) == reason
         )
         for reason in reasons
     }
     return LeftInsideCycles(
-        total=tally.left_inside(cases),
-        by_faults=tally.by_faults(cases, tally.left_inside),
+        total=left_inside(cases),
+        by_faults=by_faults(cases, left_inside),
         slowest_told_s=max((one.told_s for _, one in left if one.in_time), default=None),
         because=tuple(
             LeftInsideReason(*reason, count, dict(faults[reason].most_common()))
@@ -113,14 +197,14 @@ def _said(trial: Trial, cases: Sequence[Case]) -> tuple[SaidCycle, ...]:
 
 def _endpoints(cases: Sequence[Case]) -> dict[str, PatientEndpoints]:
     return {
-        patient: tally.endpoints([case for case in cases if case.patient == patient])
+        patient: endpoints([case for case in cases if case.patient == patient])
         for patient in dict.fromkeys(case.patient for case in cases)
     }
 
 
 def _watched(cases: Sequence[Case]) -> WatchedTime:
     watched = [case.watched_s for case in cases]
-    most = post_cycle_observation.WATCHED_S
+    most = played_cycle.WATCHED_S
     return WatchedTime(
         mean=sum(watched) / len(watched), whole=sum(one >= most for one in watched), most=most
     )
@@ -156,7 +240,7 @@ def summarise(heading: Heading, parts: Sequence[PlayedPart], effort: Effort) -> 
     """The result. parts: at least one, of a trial that may not be complete."""
     trial = heading.trial
     cases = sorted((case for one in parts for case in one.cases), key=lambda case: case.number)
-    bounds = tally.bounds(cases)
+    bounds = count_bounds(cases)
     sound = [case for case in cases if not case.counted]
     return measured(
         TrialResult(
@@ -170,8 +254,8 @@ def summarise(heading: Heading, parts: Sequence[PlayedPart], effort: Effort) -> 
             complete=len(cases) == heading.cycles,
             machines=len({(case.patient, case.approach, case.seed) for case in cases}),
             refused=tuple(line for one in parts for line in one.refused),
-            counted=tally.by_faults(cases, len),
-            not_counted=tally.count_too_late(cases),
+            counted=by_faults(cases, len),
+            not_counted=count_too_late(cases),
             bounds=bounds,
             command_breaches=bounds.commands.broken,
             violations=list_violations(trial, cases),
@@ -181,7 +265,7 @@ def summarise(heading: Heading, parts: Sequence[PlayedPart], effort: Effort) -> 
             true_alarms=sum(bool(case.true_alarms) for case in sound),
             broken_off=sum(not case.completed for case in sound),
             said=_said(trial, cases),
-            untold=tally.unnoticed(cases),
+            untold=unnoticed(cases),
             endpoints=_endpoints(cases),
             watched_s=_watched(cases),
             workers=effort.workers,

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis import play
-from opensuction.hysteresis.model_state import InverseMove, ModelState
+from opensuction.hysteresis.play import InverseMove, ModelState
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 

@@ -22,8 +22,8 @@ import numpy as np
 from opensuction.hysteresis import bracket, modified_dahl, play
 from opensuction.hysteresis.bank import play_bank
 from opensuction.hysteresis.bank.play_bank import PlayBank
-from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.play import InverseMove, ModelState
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis.bank.play_readout import step_lag
-from opensuction.hysteresis.model_state import InverseMove, ModelState
+from opensuction.hysteresis.play import InverseMove, ModelState
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 

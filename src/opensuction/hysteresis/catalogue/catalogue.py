@@ -6,12 +6,18 @@ and their commands offer the model.
 """
 
 from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN, DAHL, MODIFIED_DAHL
-from opensuction.hysteresis.catalogue.generalised_model import GENERALISED
 from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel
-from opensuction.hysteresis.catalogue.play_family import PLAY, PRANDTL_ISHLINSKII, PREISACH
-from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
-from opensuction.hysteresis.catalogue.residual_model import RESIDUAL_READOUT
-from opensuction.hysteresis.catalogue.slip_model import MAXWELL_SLIP
+from opensuction.hysteresis.catalogue.play_family import (
+    MAXWELL_SLIP,
+    PLAY,
+    PRANDTL_ISHLINSKII,
+    PREISACH,
+)
+from opensuction.hysteresis.catalogue.readout_model import (
+    GENERALISED,
+    PLAY_READOUT,
+    RESIDUAL_READOUT,
+)
 
 CATALOGUE: dict[str, HysteresisModel] = {
     model.name: model

@@ -24,8 +24,8 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     VectorForm,
 )
 from opensuction.hysteresis.dahl import Dahl
-from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.play import InverseMove, ModelState
 from opensuction.kernel.record import Array
 
 SHALLOWEST = 0.1

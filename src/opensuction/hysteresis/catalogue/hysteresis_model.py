@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from opensuction.hysteresis.bank.play_lines import PlayLines
-from opensuction.hysteresis.model_state import InverseMove, ModelState
+from opensuction.hysteresis.play import InverseMove, ModelState
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 

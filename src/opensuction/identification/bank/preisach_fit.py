@@ -11,12 +11,9 @@ import numpy as np
 from opensuction.hysteresis.bank.play_bank import PlayBank
 from opensuction.hysteresis.catalogue.play_family import CELL_RIDGES, LEVELS, MARGIN
 from opensuction.hysteresis.preisach import Preisach, from_factors
-from opensuction.identification import fold
-from opensuction.identification.bank import bank_problem, bank_trial
-from opensuction.identification.bank.active_set import Mask
-from opensuction.identification.bank.bank_problem import BankProblem
-from opensuction.identification.bank.bank_trial import PASTS, BankTrial
-from opensuction.identification.fold import Folds, Scores
+from opensuction.identification.bank import bank_problem
+from opensuction.identification.bank.bank_problem import PASTS, BankProblem, BankTrial, Mask
+from opensuction.identification.record import Folds, Scores, choose_simplest
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
 
@@ -47,7 +44,7 @@ def fit(input_: Array, output: Array, folds: Folds) -> PreisachFit:
     input_, output: shape (n,). folds: of the recording. Raises InputError where no weights are
     found.
     """
-    scaled = bank_trial.scale(input_[None], output)
+    scaled = bank_problem.scale(input_[None], output)
     nothing = np.empty((0, output.size))
     every = 2 if output.size >= THINNED_FROM else 1
 
@@ -76,14 +73,14 @@ def fit(input_: Array, output: Array, folds: Folds) -> PreisachFit:
         totals = [float(each.blocks.sum()) for each in trials]
         best = first + totals.index(min(totals))
         tried += [(levels, each) for each in trials]
-    levels, chosen = tried[fold.choose_simplest([each.blocks for _, each in tried])]
+    levels, chosen = tried[choose_simplest([each.blocks for _, each in tried])]
     low, range_ = float(scaled.lows[0]), float(scaled.ranges[0])
     factors = np.append(chosen.solution.found.factors, chosen.solution.offset) * scaled.range_
     factors[-1] += scaled.mean
     return PreisachFit(
         record=from_factors(low - MARGIN * range_, low + (1.0 + MARGIN) * range_, levels, factors),
         past=past,
-        scores=_count_all(bank_trial.score(chosen, folds, scaled.range_), every),
+        scores=_count_all(bank_problem.score(chosen, folds, scaled.range_), every),
         freedom=bank_problem.freedom(chosen.problem, chosen.penalty, chosen.solution),
     )
 
@@ -99,7 +96,7 @@ def _try_ridges(
     """Candidates of one grid, from the strongest penalty on; if brief until one predicts worse."""
     trials: list[BankTrial] = []
     for ridge in ridges:
-        trials.append(bank_trial.evaluate(problem, _cell_penalty(problem, ridge), folds, passive))
+        trials.append(bank_problem.evaluate(problem, _cell_penalty(problem, ridge), folds, passive))
         passive = trials[-1].solution.found.passive
         if brief and len(trials) > 1 and trials[-1].blocks.sum() > trials[-2].blocks.sum():
             break

@@ -21,10 +21,9 @@ from opensuction.hysteresis.catalogue.readout_model import (
     WIDE_WIDTHS,
     WIDTHS,
 )
-from opensuction.identification import fold
-from opensuction.identification.bank import bank_problem, bank_trial
-from opensuction.identification.bank.bank_trial import PASTS, BankTrial, Scaled
-from opensuction.identification.fold import Folds, Scores
+from opensuction.identification.bank import bank_problem
+from opensuction.identification.bank.bank_problem import PASTS, BankTrial, Scaled
+from opensuction.identification.record import Folds, Scores, choose_simplest
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
 
@@ -110,7 +109,7 @@ def fit(inputs: Array, output: Array, folds: Folds, rising: bool = False) -> Rea
     if not _is_wide(usual.records[0]):
         return usual
     wide = _fit(inputs, output, folds, rising, WIDE_WIDTHS)
-    return (usual, wide)[fold.choose_simplest([usual.scores.blocks, wide.scores.blocks])]
+    return (usual, wide)[choose_simplest([usual.scores.blocks, wide.scores.blocks])]
 
 
 def _is_wide(record: PlayReadout) -> bool:
@@ -124,7 +123,7 @@ def _fit(
     inputs: Array, output: Array, folds: Folds, rising: bool, first_widths: Array
 ) -> ReadoutFit:
     """A play readout with these widths of the first input's plays, as shares of its range."""
-    scaled = bank_trial.scale(inputs, output)
+    scaled = bank_problem.scale(inputs, output)
     widths = _list_widths(len(inputs), first_widths)
     bank = _bank(widths)
     rows, variance = bank.widths_mm.size, float(scaled.inputs[0].var())
@@ -153,17 +152,17 @@ def _fit(
     problem = bank_problem.pose(best[1], bounded)
     pairs = [(RIDGES[0], BENDS[0]), *product(RIDGES[1:], BENDS)]
     penalties = [_penalty(rows, 0, ridge, bend, variance) for ridge, bend in pairs]
-    chosen = bank_trial.choose_penalty(problem, penalties, folds)
+    chosen = bank_problem.choose_penalty(problem, penalties, folds)
     decays = np.empty(0)
     if rising:
         return _write(scaled, chosen, widths, decays, tuple(pasts), folds)
     unbound = problem._replace(bounded=np.zeros_like(bounded))
-    free = bank_trial.evaluate(unbound, chosen.penalty, folds)
+    free = bank_problem.evaluate(unbound, chosen.penalty, folds)
     if float(free.blocks.sum()) < WORTH_INVERSE * float(chosen.blocks.sum()):
         chosen = free
     lagging = [_try_lag(gather, pasts, scaled.inputs[0], share, chosen, folds) for share in DECAYS]
     slow = min(range(len(DECAYS)), key=lambda place: float(lagging[place].blocks.sum()))
-    if fold.choose_simplest([chosen.blocks, lagging[slow].blocks]) == 1:
+    if choose_simplest([chosen.blocks, lagging[slow].blocks]) == 1:
         chosen, decays = lagging[slow], np.array([DECAYS[slow]])
     return _write(scaled, chosen, widths, decays, tuple(pasts), folds)
 
@@ -184,7 +183,7 @@ def _try_lag(
     penalty[:size, :size] = chosen.penalty
     penalty[size, size] = LAG_RIDGE
     bounded = np.append(chosen.problem.bounded, False)
-    return bank_trial.evaluate(bank_problem.pose(gather(pasts, states), bounded), penalty, folds)
+    return bank_problem.evaluate(bank_problem.pose(gather(pasts, states), bounded), penalty, folds)
 
 
 def _write(
@@ -218,7 +217,7 @@ def _write(
     return ReadoutFit(
         records=tuple(records),
         pasts=pasts,
-        scores=bank_trial.score(chosen, folds, scaled.range_),
+        scores=bank_problem.score(chosen, folds, scaled.range_),
         freedom=bank_problem.freedom(chosen.problem, chosen.penalty, chosen.solution),
         bounded=bool(chosen.problem.bounded.any()),
     )

@@ -8,6 +8,10 @@ that model alone. Which past the lags began with, a long advance, a long retract
 recording that settles while it begins does not say surely: the mean of the three fits is taken, by
 their evidence, and its beginning left to what fades.
 Source: [MacKay-1992] for the evidence.
+
+Penalties on a residual readout, and how strong the evidence of a recording says they are.
+
+Source: [MacKay-1992] for the evidence; [Eilers-1996] for the penalty on differences.
 """
 
 import math
@@ -20,21 +24,108 @@ from numpy.typing import NDArray
 from opensuction.hysteresis.bank import play_bank
 from opensuction.hysteresis.bank.play_readout import step_lag
 from opensuction.hysteresis.bank.residual_readout import ResidualReadout, find_corner
-from opensuction.hysteresis.catalogue.residual_model import CORNERS, DECAYS, FADES, guess
-from opensuction.identification import fold
-from opensuction.identification.bank import bank_problem, bank_trial
-from opensuction.identification.bank.bank_problem import BankProblem, BankSolution
-from opensuction.identification.bank.bank_trial import PASTS
-from opensuction.identification.bank.residual_evidence import (
-    LINES,
-    WeighedPast,
-    choose_penalty,
-    share_out,
+from opensuction.hysteresis.catalogue.readout_model import (
+    CORNERS,
+    FADES,
+    RESIDUAL_DECAYS,
+    SCALES,
+    guess,
 )
-from opensuction.identification.fold import Folds, Scores
+from opensuction.identification.bank import bank_problem
+from opensuction.identification.bank.bank_problem import PASTS, BankProblem, BankSolution
+from opensuction.identification.record import Folds, Scores, list_parts
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
+
+HEIGHT, BEND = 1e-2, 1e-5
+"""[design] Penalty on the mean square of a line, and on that of its slope over the range."""
+
+FADING = 0.003
+"""[design] Usual size of what fades, as a share of the output's range."""
+
+SPARED = 1e-9
+"""Penalty on line and lag of the modified Dahl model: only so much that they are determined."""
+
+LEAST_SHARE = 0.01
+"""Of the likeliest past's share, below which a past is left out."""
+
+LINES = 2 + CORNERS * (1 + len(RESIDUAL_DECAYS))
+"""Factors before what fades: line and lag of the modified Dahl model, then the readout."""
+
+
+def _penalty(scale: float, fading: float, fades: int) -> Array:
+    """Penalty on the factors. scale: of that on the lines; fading: on each part that fades."""
+    steps = np.diff(np.eye(CORNERS), axis=0)
+    line = HEIGHT * np.eye(CORNERS) / CORNERS + BEND * (CORNERS - 1) * (steps.T @ steps)
+    whole = np.diag([SPARED] * LINES + [fading] * fades)
+    whole[2:LINES, 2:LINES] = scale * np.kron(np.eye(1 + len(RESIDUAL_DECAYS)), line)
+    return whole
+
+
+class Weighed(NamedTuple):
+    """Evidence of a recording for a penalty."""
+
+    surprise: float
+    """Twice the negative logarithm of the evidence, but for a constant."""
+    noise: float
+    """Variance of what is left, its penalty included."""
+
+
+def weigh(problem: BankProblem, penalty: Array) -> Weighed:
+    """Evidence of a penalty, the noise's variance at its best."""
+    whole = problem.whole
+    samples = float(whole[-2, -2])
+    means, aim = whole[:-2, -2] / samples, float(whole[-1, -2]) / samples
+    gram = whole[:-2, :-2] / samples - np.outer(means, means) + penalty
+    right = whole[:-2, -1] / samples - aim * means
+    factor = np.linalg.cholesky(gram)
+    inside = np.linalg.solve(factor, right)
+    power = float(whole[-1, -1]) / samples - aim * aim
+    noise = max(power - float(inside @ inside), bank_problem.JITTER * power)
+    spread = 2.0 * float(np.log(np.diag(factor)).sum()) - float(np.linalg.slogdet(penalty)[1])
+    return Weighed(samples * math.log(noise) + spread, noise)
+
+
+class WeighedPast(NamedTuple):
+    """A past with the penalty of the greatest evidence for it."""
+
+    ratio: float
+    """Memory ratio before the first sample."""
+    problem: BankProblem
+    penalty: Array
+    weighed: Weighed
+    share: float = 1.0
+    """Of the mean over all pasts."""
+
+
+def choose_penalty(ratio: float, problem: BankProblem, fades: int, noise: float) -> WeighedPast:
+    """A past from its problem. noise: variance for which what fades is held to its usual size."""
+    fading = noise / (float(problem.whole[-2, -2]) * FADING * FADING)
+    tried = [_penalty(scale, fading, fades) for scale in SCALES]
+    weighed = [weigh(problem, penalty) for penalty in tried]
+    best = min(range(len(tried)), key=lambda place: weighed[place].surprise)
+    return WeighedPast(ratio, problem, tried[best], weighed[best])
+
+
+def share_out(pasts: Sequence[WeighedPast], blocks: int) -> list[WeighedPast]:
+    """The pasts with their shares of a mean, those of hardly any left out.
+
+    Neighbouring residuals are alike, and a recording that settles while it begins may look like one
+    with another past: evidence by the sample is far too sure. As many pieces count as there are
+    blocks; between pasts it then decides where they fit differently, and else the mean is taken.
+    """
+    samples = float(pasts[0].problem.whole[-2, -2])
+    surprises = np.array([each.weighed.surprise for each in pasts]) * blocks / samples
+    shares = np.exp(-0.5 * (surprises - surprises.min()))
+    shares[shares < LEAST_SHARE] = 0.0
+    shares /= shares.sum()
+    return [
+        each._replace(share=float(share))
+        for each, share in zip(pasts, shares, strict=True)
+        if share > 0.0
+    ]
+
 
 FIRST_NOISE = 1e-3
 """Noise, as a share of the output's range, with which the first fit begins; the second knows it."""
@@ -170,7 +261,7 @@ def _score(
         return left
 
     single = [[block] for block in range(folds.blocks)]
-    return Scores(leave_out(single), leave_out(fold.list_parts(folds)), int(folds.edges[-1]))
+    return Scores(leave_out(single), leave_out(list_parts(folds)), int(folds.edges[-1]))
 
 
 @single_threaded
@@ -184,11 +275,11 @@ def fit(
     without, it is taken to be the same all along, as is best where another recording is to be
     predicted. Raises InputError where no factors are found.
     """
-    scaled = bank_trial.scale(input_[None], output)
+    scaled = bank_problem.scale(input_[None], output)
     low, range_ = float(scaled.lows[0]), float(scaled.ranges[0])
     fades = FADES if fading else ()
     record = guess(low, low + range_, decay, fades)
-    lengths = np.array([1.0 / (decay * range_), *DECAYS])
+    lengths = np.array([1.0 / (decay * range_), *RESIDUAL_DECAYS])
     beside = np.array([np.ones(output.size), scaled.output])
 
     def pose(past: float) -> BankProblem:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
-from opensuction.control.lookup_table import Curves
+from opensuction.control.backlash_inverse import Curves
 from opensuction.hysteresis import play
 from opensuction.identification.record import read_pair
 from opensuction.kernel.compiled import compiled

@@ -21,9 +21,8 @@ from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import BRIEFEST, LONGEST, ranges_of
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
 from opensuction.identification.estimator import modified_dahl
-from opensuction.identification.estimator.normal_equation import solve_least_squares
+from opensuction.identification.estimator.linear import solve_least_squares, squares
 from opensuction.identification.record import check_motion, thin
-from opensuction.identification.residual import squares
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 

@@ -25,9 +25,8 @@ from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as model_of
 from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.identification import fold
-from opensuction.identification.fold import Folds, Scores
-from opensuction.identification.record import find_turns, read_pair
+from opensuction.identification import record
+from opensuction.identification.record import Folds, Scores, find_turns, read_pair
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
@@ -131,7 +130,7 @@ def score(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], folds: Fold
         return squares * samples
 
     blocks = leave_out([[block] for block in range(folds.blocks)])
-    return Scores(blocks, leave_out(fold.list_parts(folds)), head_mm.size)
+    return Scores(blocks, leave_out(record.list_parts(folds)), head_mm.size)
 
 
 @compiled

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.identification.estimator.normal_equation import solve, solve_least_squares
+from opensuction.identification.estimator.linear import solve, solve_least_squares
 from opensuction.kernel.compiled import compiled
 
 ROUNDING = 1e-12

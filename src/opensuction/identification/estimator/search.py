@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import differential_evolution, minimize
 
 from opensuction.hysteresis.catalogue.hysteresis_model import VectorForm, ranges_of
-from opensuction.identification.residual import squares
+from opensuction.identification.estimator.linear import squares
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 

@@ -3,13 +3,22 @@
 The catalogue's `LinearForm` of a model offers elements from coarse to fine; `linear.fit` chooses,
 and, where the elements are hundreds of cells over a bank of plays, `identification.bank`.
 The past of a recording is unknown: a long advance, a long retract and rest are tried.
+
+A Maxwell-slip model from a recording: linear least squares, its complexity by cross-validation.
+
+Tried are every past, no drag and drag behind either lag, each with every penalty; the simplest that
+is not surely worse than the best is taken, as everywhere. Where the element of the longest reach
+holds most of the loop, the same is done with longer ones.
 """
 
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from opensuction.hysteresis.bank import maxwell_slip
+from opensuction.hysteresis.bank.maxwell_slip import MaxwellSlip
 from opensuction.hysteresis.bank.play_readout import PlayReadout
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
@@ -19,15 +28,132 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     name_element,
     ranges_of,
 )
+from opensuction.hysteresis.catalogue.play_family import LAGS, REACHES, RIDGES, WIDE_REACHES, guess
 from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
-from opensuction.identification import fold
-from opensuction.identification.bank import preisach_fit, readout_fit, residual_fit, slip_fit
-from opensuction.identification.bank.bank_trial import PASTS
+from opensuction.identification import record as records
+from opensuction.identification.bank import bank_problem, preisach_fit, readout_fit, residual_fit
+from opensuction.identification.bank.bank_problem import PASTS, BankProblem, BankTrial, Scaled
 from opensuction.identification.estimator import linear, modified_dahl
 from opensuction.identification.estimator.linear import Design
-from opensuction.identification.fold import Folds, Scores
+from opensuction.identification.record import Folds, Scores, choose_simplest
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
+
+TOP = 0.995
+"""Quantile of the speeds that counts as the highest: a glitch is none."""
+
+ROUGH_RIDGE = RIDGES[2]
+"""Penalty with which the past is chosen."""
+
+
+WIDE_SHARE = 0.5
+"""[design] Share of the loop in the element of the longest reach from which longer ones are
+tried."""
+
+
+class SlipFit(NamedTuple):
+    """A Maxwell-slip model of a recording."""
+
+    record: MaxwellSlip
+    past: float
+    """Memory ratio before the first sample."""
+    scores: Scores
+    freedom: float
+    """Effective number of factors."""
+
+
+def _gather(columns: Array, target: Array, edges: NDArray[np.int64]) -> BankProblem:
+    """The sums of products of a recording, block by block. columns: the last one is 1."""
+    table = np.column_stack([columns, target])
+    blocks = zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)
+    sums = np.array([table[first:end].T @ table[first:end] for first, end in blocks])
+    return bank_problem.pose(sums, np.zeros(columns.shape[1] - 1, dtype=np.bool_))
+
+
+def _variances(problem: BankProblem) -> Array:
+    """Of each factor's column."""
+    whole, samples = problem.whole, float(problem.whole[-2, -2])
+    means = whole[-2, :-2] / samples
+    return np.asarray(np.maximum(np.diagonal(whole)[:-2] / samples - means * means, 0.0))
+
+
+def _write(
+    record: MaxwellSlip, factors: Array, offset: float, scaled: Scaled, period_s: float
+) -> MaxwellSlip:
+    """The model in the recording's own units. record: of ranges of 1 and periods of 1."""
+    range_, height = float(scaled.ranges[0]), scaled.range_
+    found = maxwell_slip.with_factors(record, height * np.append(factors, offset))
+    slope = found.slope / range_
+    return MaxwellSlip(
+        slope=slope,
+        reaches_mm=range_ * found.reaches_mm,
+        gains=found.gains / range_,
+        speeds_mm_s=range_ / period_s * found.speeds_mm_s,
+        drags_mm=found.drags_mm,
+        lag_s=period_s * found.lag_s,
+        period_s=period_s,
+        offset_mm=scaled.mean + found.offset_mm - slope * float(scaled.lows[0]),
+    )
+
+
+@single_threaded
+def fit_slip_fit(input_: Array, output: Array, folds: Folds, period_s: float | None) -> SlipFit:
+    """A Maxwell-slip model of a recording.
+
+    input_, output: shape (n,). folds: of the recording. period_s: time between samples; None where
+    they are not even: without drag. Raises InputError where no factors are found.
+    """
+    usual = _fit(input_, output, folds, period_s, REACHES)
+    shares = maxwell_slip.share_out(usual.record)
+    if shares[-1] <= WIDE_SHARE:
+        return usual
+    wide = _fit(input_, output, folds, period_s, WIDE_REACHES)
+    return (usual, wide)[choose_simplest([usual.scores.blocks, wide.scores.blocks])]
+
+
+def _fit(
+    input_: Array, output: Array, folds: Folds, period_s: float | None, reaches: Array
+) -> SlipFit:
+    """A Maxwell-slip model with these reaches, as shares of the input's range."""
+    scaled = bank_problem.scale(input_[None], output)
+    place = scaled.inputs[0]
+
+    def pose(record: MaxwellSlip, past: float) -> BankProblem:
+        elements = maxwell_slip.start_elements_mm(record, float(place[0]), past)
+        columns = maxwell_slip.basis(record, place, elements)
+        return _gather(columns, scaled.output, folds.edges)
+
+    def left(problem: BankProblem) -> float:
+        found = bank_problem.fit(problem, ROUGH_RIDGE * _variances(problem))
+        return bank_problem.squares_left(problem.whole, found)
+
+    still = guess(1.0, reaches=reaches)
+    past = min(PASTS, key=lambda ratio: left(pose(still, ratio)))
+    drags = [(0.0, 1.0)]
+    if period_s is not None:
+        for lag in LAGS:
+            speeds = np.abs(maxwell_slip.find_speeds(place, lag, 1.0))
+            drags.append((float(np.quantile(speeds, TOP)), lag))
+    records = [guess(1.0, top_speed, lag, reaches=reaches) for top_speed, lag in drags]
+    tried: list[tuple[MaxwellSlip, BankTrial, float]] = []
+    for record in records:
+        problem = pose(record, past)
+        for ridge in RIDGES:
+            trial = bank_problem.evaluate(problem, ridge * _variances(problem), folds)
+            freedom = bank_problem.freedom(problem, trial.penalty, trial.solution)
+            tried.append((record, trial, freedom))
+    tried.sort(key=lambda each: each[2])
+    chosen = choose_simplest([trial.blocks for _, trial, _ in tried])
+    record, trial, freedom = tried[chosen]
+    found = trial.solution
+    clock_s = 1.0 if period_s is None else period_s
+    return SlipFit(
+        record=_write(record, found.found.factors, found.offset, scaled, clock_s),
+        past=past,
+        scores=bank_problem.score(trial, folds, scaled.range_),
+        freedom=freedom,
+    )
+
 
 WORTH_WIDE = 0.25
 """[design] Wide elements of either sign are taken where they halve the error left out: by less they
@@ -82,7 +208,7 @@ def fit(
     form = model.form
     if not isinstance(form, LinearForm):
         raise TypeError(f"{model.name} is not linear in its parameters")
-    cut = fold.cut(input_) if folds is None else folds
+    cut = records.cut(input_) if folds is None else folds
     if model.name == "residual-readout":
         return _fit_residual(model, form, (input_, output), cut, fading)
     solved = _solve(model, form, (input_, output), cut, rising, period_s)
@@ -137,7 +263,7 @@ def _solve(
             factors = np.append(weights[_in_triangle(weights)], relays.record.offset_mm)
             return _Solved(relays.record, relays.past, factors, relays.scores, relays.freedom, True)
         case "maxwell-slip":
-            slip = slip_fit.fit(input_, output, folds, period_s)
+            slip = fit_slip_fit(input_, output, folds, period_s)
             rubbing = slip.record
             factors = np.concatenate(
                 [[rubbing.slope], rubbing.gains.ravel(), rubbing.drags_mm, [rubbing.offset_mm]]

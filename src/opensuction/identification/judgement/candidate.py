@@ -1,4 +1,7 @@
-"""A fitted model of any kind, with its intervals: what the workbench scores and compares."""
+"""A fitted model of any kind, with its intervals: what the workbench scores and compares.
+
+Suitability of a fitted model to drive a head: its form there, or the reason and a remedy.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -6,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.hysteresis.bank import play_lines
+from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.bank.play_readout import PlayReadout, is_rising
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
@@ -17,14 +22,76 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
 from opensuction.identification.bank.readout_fit import ReadoutFit
 from opensuction.identification.estimator import linear, superposition
+from opensuction.identification.estimator.linear import jacobian
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.superposition import Superposition
-from opensuction.identification.fold import Folds, Scores
-from opensuction.identification.judgement import diagnosis, search_bound
+from opensuction.identification.judgement import diagnosis, fitted_range
 from opensuction.identification.judgement.confidence import estimate_spread
-from opensuction.identification.judgement.driven import Driven
-from opensuction.identification.residual import jacobian
+from opensuction.identification.record import REVERSAL_SHARE, Folds, Scores, find_turns
 from opensuction.kernel.record import Array
+
+LEAST_PLACES = 6
+"""[design] Places at which a recording must turn for a model whose loops change with the place: a
+Preisach model of two strokes over one range left 2.1 mm on the twin that it followed to .09."""
+SAME_SHARE = 0.05
+"""Gains of a play that differ by less along the range, as a share of all, are one gain."""
+
+
+class Driven(NamedTuple):
+    """A model as it drives a head."""
+
+    lines: PlayLines | None = None
+    """For `model-preview`; None where it cannot, or has a compensator of its own."""
+    why_not: str = ""
+    """Why no compensator takes it, and what would do; empty where one does."""
+
+
+def judge(model: HysteresisModel, record: Record, inputs: Array) -> Driven:
+    """Judge a fitted model as one that drives a head.
+
+    record: of the first input. inputs: that were fitted, shape (inputs, n).
+    """
+    if model.lines is None:
+        return Driven(why_not=model.undriven)
+    if len(inputs) > 1:
+        return Driven(why_not="it follows several inputs, and a head is one: give one --input")
+    if np.size(getattr(record, "lags", ())) > 1:
+        return Driven(why_not="it has more than one slow state")
+    lines = model.lines(record)
+    reason = play_lines.why_not_driven(lines)
+    if reason is not None:
+        return Driven(
+            why_not=f"{reason}; identify another model, or a play readout with --method rising"
+        )
+    places = count_places(inputs[0])
+    if changes_with_place(lines) and places < LEAST_PLACES:
+        return Driven(
+            why_not=f"its loops change with the place, and the recording turns at {places} places "
+            f"only: record strokes that turn at {LEAST_PLACES} or more, or identify with --model "
+            "prandtl-ishlinskii"
+        )
+    return Driven(lines)
+
+
+def changes_with_place(lines: PlayLines) -> bool:
+    """True where gains change along the range."""
+    spread = float(np.ptp(lines.gains, axis=1).sum())
+    return spread > SAME_SHARE * float(play_lines.total_slopes(lines).mean())
+
+
+def count_places(input_: Array) -> int:
+    """Number of places where an input turns, begins or ends; those near one another count once.
+
+    input_: shape (n,).
+    """
+    least = REVERSAL_SHARE * float(np.ptp(input_))
+    places = np.sort(input_[np.append(find_turns(input_, least), [0, input_.size - 1])])
+    count, last = 0, -np.inf
+    for place in places.tolist():
+        if place - last > least:
+            count, last = count + 1, place
+    return count
+
 
 NOT_DETERMINED = (
     "Not determined: the model fits equally well with a longer or shorter memory (range too small, "
@@ -101,7 +168,7 @@ def judge_superposition(found: Superposition, ranges: Ranges) -> Candidate:
     """
     well_posed = bool(found.model.is_monotone(found.record))
     refused = () if well_posed else (_refuse(found.model, found.record, found.nonnegative),)
-    bounds = search_bound.find_grid_ends(found.record, ranges)
+    bounds = fitted_range.find_grid_ends(found.record, ranges)
     return Candidate(
         parameters={
             name: Estimate(value, unit, math.nan, math.nan)
@@ -149,7 +216,7 @@ def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
     first = found.records[0]
     well_posed = bool(PLAY_READOUT.is_monotone(first))
     refused = () if well_posed else (_refuse(PLAY_READOUT, first, found.bounded),)
-    bounds = search_bound.find_grid_ends(first, Ranges(first.low_mm, first.high_mm, 0.0, 1.0, 0.0))
+    bounds = fitted_range.find_grid_ends(first, Ranges(first.low_mm, first.high_mm, 0.0, 1.0, 0.0))
     return Candidate(
         parameters=parameters,
         simulate=lambda inputs: np.sum(parts(inputs), axis=0),
@@ -190,7 +257,7 @@ def judge_vector(
         )
     }
     well_posed = bool(model.is_monotone(form.record(vector)))
-    bounds = search_bound.find_limits(form, found, ranges)
+    bounds = fitted_range.find_limits(form, found, ranges)
     return Candidate(
         parameters=parameters,
         simulate=lambda inputs: form.simulate(vector, inputs[0]),

@@ -19,8 +19,7 @@ from numba.core.codegen import CodeLibrary
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
 
-from opensuction.kernel.compiler.library import TranslatedLibrary, environments
-from opensuction.kernel.compiler.translation import Translation
+from opensuction.kernel.compiler.library import TranslatedLibrary, Translation, environments
 
 SUFFIX = ".translated"
 

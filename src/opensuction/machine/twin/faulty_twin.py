@@ -3,6 +3,13 @@
 The check before each tick takes one comparison. A fault that is due changes the row that is played:
 the sound machine with all faults so far, as in a simulated run. A sensor that freezes keeps the
 value that it showed the controller last.
+
+A person's hand at the catheter head of a twin that plays, while its drive has let go.
+
+It pushes until it feels something and holds there; it draws back, or lets go, when it is told to:
+whoever teaches the travel length confirms in between. Once the drive has torque again it lets go,
+and stays away. See `twin.machine.dc_axis`; asked for by
+`twin_faults.hold`.
 """
 
 import json
@@ -13,13 +20,12 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from opensuction.ipc.event_ring import EventWriter
-from opensuction.ipc.followed_ring import FollowedRing
+from opensuction.ipc.ring import EventWriter, FollowedRing
 from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings
+from opensuction.kernel.vocabulary import Phase
 from opensuction.machine.port import HandTask
 from opensuction.machine.twin.twin_faults import (
     ANSWER,
@@ -33,16 +39,49 @@ from opensuction.machine.twin.twin_faults import (
     TAKEN,
     check,
 )
-from opensuction.machine.twin.twin_hand import held
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.faulty_side import FaultySide, Instant
+from opensuction.simulation.injection.fault_instant import (
+    FaultInstant,
+    FaultySide,
+    Injection,
+    Instant,
+)
 from opensuction.simulation.injection.injection import MOST_FAULTS
 from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineCall, MachineSide
 from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import Bus
 from opensuction.twin.fault.fault import BY_NAME
-from opensuction.twin.machine.hand import AWAY, NOBODY
+from opensuction.twin.machine import dc_axis
+from opensuction.twin.machine.dc_axis import AWAY, NOBODY, PUSHING, Hand, HandStage, HandState
+
+HOLDS_S = 600.0
+"""It holds the head until it is told what to do next; nobody has that much patience."""
+PERSON = 5
+"""Number of the person; those who teach in simulated runs have others."""
+
+
+class Held(NamedTuple):
+    """A hand and what it does now."""
+
+    hand: Hand
+    state: HandState
+
+
+def held(task: HandTask, park_head_mm: float, quick_mm: float, seed: int) -> Held:
+    """The hand that does it.
+
+    park_head_mm: where it lets go on the way back. quick_mm: length of the way inside the tube.
+    seed: draws the person. Raises InputError for what is no place.
+    """
+    if not (math.isfinite(park_head_mm) and math.isfinite(quick_mm)):
+        raise InputError(f"a hand at {park_head_mm:g} mm, {quick_mm:g} mm quickly: no places")
+    person = dc_axis.draw_hand(park_head_mm, quick_mm, seed, PERSON)
+    if task == HandTask.PUSH:
+        return Held(person._replace(hold_s=HOLDS_S), PUSHING)
+    if task == HandTask.DRAW:
+        return Held(person, AWAY._replace(stage=HandStage.PULLING.value))
+    return Held(NOBODY, AWAY)
+
 
 LARGEST = 1 << 16
 """Bytes of a message."""

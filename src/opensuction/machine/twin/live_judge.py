@@ -13,15 +13,14 @@ import numpy as np
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.machine.port import TruthPort
-from opensuction.oracle import exposure, long_run
-from opensuction.oracle.harm import Harm
-from opensuction.oracle.long_run import Judged, LongRun
+from opensuction.oracle import exposure
+from opensuction.oracle.harm import Harm, Judged, LongRun, worst
 from opensuction.safety.condition import Condition
-from opensuction.simulation import annunciation
-from opensuction.simulation.annunciation import Annunciation
+from opensuction.simulation import outcome
+from opensuction.simulation.outcome import Annunciation
 
 _TICK = "tick"
-_NAMES = (*(name for name in exposure.COLUMNS if name != "time_s"), *annunciation.COLUMNS)
+_NAMES = (*(name for name in exposure.COLUMNS if name != "time_s"), *outcome.COLUMNS)
 
 
 class Verdict(NamedTuple):
@@ -106,24 +105,24 @@ class LiveJudge:
         if math.isnan(self.now_s):
             raise InputError("the twin has not played a tick: there is nothing to judge")
         return Verdict(
-            harm=long_run.worst(runs),
+            harm=worst(runs),
             inside_at_end=last_s == self.now_s or self._piece_mm > 0.0,
             end_mm=self._end_mm,
             last_inside_s=last_s if math.isfinite(last_s) else math.nan,
             now_s=self.now_s,
             told=tuple(self._told),
-            showing=annunciation.showing(self._shown),
+            showing=outcome.showing(self._shown),
             runs=runs,
             missed_ticks=self.missed_ticks,
         )
 
     def _hear(self, seen: dict[str, Array]) -> None:
         """Add the annunciations since the last look."""
-        columns = {name: seen[name] for name in ("time_s", *annunciation.COLUMNS)}
+        columns = {name: seen[name] for name in ("time_s", *outcome.COLUMNS)}
         joined = columns
         if self._shown:
             joined = {name: np.concatenate((self._shown[name], columns[name])) for name in columns}
-        told = annunciation.told(joined)
+        told = outcome.told(joined)
         known = bool(self._shown)
         self._told += [one for one in told if not known or one.at_s > self.now_s]
         self._shown = {name: column[-1:].copy() for name, column in columns.items()}

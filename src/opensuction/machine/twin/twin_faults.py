@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from opensuction.ipc.event_ring import EventReader, ProcessEvent
+from opensuction.ipc.ring import EventReader, ProcessEvent
 from opensuction.kernel.errors import InputError
 from opensuction.machine.port import HandTask
 from opensuction.simulation.injection import injection

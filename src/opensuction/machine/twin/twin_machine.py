@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from opensuction.ipc.followed_ring import FollowedRing
-from opensuction.ipc.ring import RingReader, RingWriter
+from opensuction.ipc.ring import FollowedRing, RingReader, RingWriter
 from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
-from opensuction.machine import backend
+from opensuction.machine import port
 from opensuction.machine.port import (
     EVERYTHING,
     Capabilities,
@@ -36,7 +35,7 @@ from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import Bus
-from opensuction.twin.machine import drive_watchdog, hand
+from opensuction.twin.machine import dc_axis, drive_watchdog
 from opensuction.twin.machine.drive_watchdog import SILENCE_S
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.plant import PlantState
@@ -48,7 +47,7 @@ LOG = "twin_process.log"
 COMMAND_SLOTS = 64
 LOOK_NS = 50_000_000
 """How often a machine that is silent is looked for anew: it may have been started again."""
-FELT_N = hand.PARAMETERS["felt_n"].value
+FELT_N = dc_axis.HAND_PARAMETERS["felt_n"].value
 _CONTACT = SHOWN_COLUMNS.index("truth.contact_n")
 READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
 _READINGS = slice(READINGS[0], READINGS[-1] + 1)
@@ -81,7 +80,7 @@ def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
     with private_file.create(folder / BEGUN) as file:
         np.savez(file, **begun)
     (folder / SHOWN).unlink(missing_ok=True)
-    backend.name_backend(folder, backend.TWIN)
+    port.name_backend(folder, port.TWIN)
 
 
 def launch(

@@ -3,7 +3,7 @@
 It plays a machine and its patient at 1 kHz and outlives the controller, whose death it is the judge
 of. In its folder lie ``machine.npz`` (`machine_side.begin`), from which it begins, the ring
 ``machine.ring`` that it writes (`machine_side.Shown`, readings and truth), the ring
-``commands.ring`` that a controller writes (`kernel.drive_message`), and what `faulty_twin` has to
+``commands.ring`` that a controller writes (`kernel.interface`), and what `faulty_twin` has to
 break it. When it is itself kept from its work it makes up for it: nature does not wait. Only of a
 second and more it plays a second.
 """
@@ -21,12 +21,11 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, hardened
-from opensuction.ipc.followed_ring import FollowedRing
-from opensuction.ipc.process_lock import ProcessLock
-from opensuction.ipc.ring import RingWriter
+from opensuction.ipc.heartbeat import ProcessLock
+from opensuction.ipc.ring import FollowedRing, RingWriter
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.drive_message import MESSAGE_COLUMNS
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
 from opensuction.machine.port import EVERYTHING, Capabilities
 from opensuction.machine.twin.faulty_twin import FaultyTwin

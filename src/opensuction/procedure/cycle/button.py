@@ -1,8 +1,8 @@
 """Buttons act when they are pressed, not as long as they are held."""
 
-from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.arithmetic import flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.interface import Requests
 
 NONE = 0
 """No button is held."""

@@ -7,12 +7,11 @@ withdrawal with the valve open to C, valve closes (D).
 import math
 from collections.abc import Callable
 
-from opensuction.control import profile, staged_path
+from opensuction.control import motion_profile
 from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.readings import Readings, is_number
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.interface import Readings, Requests, is_number
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.procedure.cycle import check, demand, progress, teaching, transition
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
@@ -21,9 +20,8 @@ from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.suction import line_flow, pace
-from opensuction.procedure.suction.line_flow import NOTHING_SEEN, FlowSeen
-from opensuction.procedure.suction.pace import BEGUN, Pace
+from opensuction.procedure.suction import line_flow
+from opensuction.procedure.suction.line_flow import BEGUN, NOTHING_SEEN, FlowSeen, Pace
 
 DRAWN_SHARE = 0.9
 """Share of its set point to which an open line may fall while its pump rests: as the pre-use test
@@ -104,16 +102,18 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
     """Desired tip position and velocity ``time_s`` after the phase began."""
     motion = plan.motion
     if state.phase == Phase.INSERTING:
-        return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
+        return motion_profile.staged_at(plans.way_in(motion, state.start_mm), time_s)
     if state.phase == Phase.BACKING_OFF:
         way = plans.back_off(motion, state.start_mm, state.end_mm)
-        return profile.at(way, time_s)
+        return motion_profile.at(way, time_s)
     if state.phase == Phase.WITHDRAWING:
         way = plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s)
-        reference_mm, velocity = profile.at(way, time_s)
+        reference_mm, velocity = motion_profile.at(way, time_s)
         return reference_mm, state.pace.ratio * velocity
     if state.phase == Phase.ABORTING:
-        return profile.at(plans.way_out(motion, state.start_mm, motion.abort_mm_per_s), time_s)
+        return motion_profile.at(
+            plans.way_out(motion, state.start_mm, motion.abort_mm_per_s), time_s
+        )
     if state.phase == Phase.IDENTIFYING:
         moved_mm, velocity = excite(plan.excitation, time_s)
         return motion.park_mm + moved_mm, velocity
@@ -258,11 +258,11 @@ def _keep_pace(
 ) -> Pace:
     """Pace of suction after another tick in a phase. free: the tip touches nothing."""
     if phase == Phase.SUCTIONING:
-        now = pace.listen(plan.pace, now, line_flow.is_nothing_coming(seen, dt_s))
-        return pace.turn(plan.pace, now, pace.left_s(plan.pace, now, dwell_left_s, dt_s))
+        now = line_flow.listen(plan.pace, now, line_flow.is_nothing_coming(seen, dt_s))
+        return line_flow.turn(plan.pace, now, line_flow.left_s(plan.pace, now, dwell_left_s, dt_s))
     if phase == Phase.WITHDRAWING:
         comes = free and line_flow.is_coming(seen, dt_s)
-        return pace.go_on(plan.pace, now, comes, dt_s)
+        return line_flow.go_on(plan.pace, now, comes, dt_s)
     return now
 
 
@@ -323,7 +323,7 @@ def step(
         checked, taught = state.check, state.teaching
         line_ready = line_ready and phase != Phase.OPENING
         if phase == Phase.WITHDRAWING:
-            begun = pace.leave(plan.pace, dwell_left_s)
+            begun = line_flow.leave(plan.pace, dwell_left_s)
             state = state._replace(pace=begun, limit_s=state.limit_s + begun.spare_s)
         if phase == Phase.BACKING_OFF:
             nearer = not progress.is_expected(plan.contact, feedback.tip_mm)

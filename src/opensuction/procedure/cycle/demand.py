@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.vocabulary import CYCLE, Phase
 from opensuction.procedure.cycle import check
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.suction import pace
+from opensuction.procedure.suction import line_flow
 
 WAY_IN = (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
 """Phases before the tip is where it shall suck: with as little vacuum as shows that the line holds.
@@ -67,7 +67,7 @@ def _next_motion(
         if backing:
             return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
         dwell_left_s = plan.dwell_s - now.arrived_ticks * dt_s
-        left_s = pace.left_s(plan.pace, now.pace, dwell_left_s, dt_s)
+        left_s = line_flow.left_s(plan.pace, now.pace, dwell_left_s, dt_s)
         if left_s > plan.gap_lead_s:
             return OUTWARDS if now.pace.turned else INWARDS, NOT_ANNOUNCED_S
         return OUTWARDS, max(left_s, 0.0)

@@ -8,14 +8,17 @@ power-down hands to the next controller (`controller.restart`).
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import Requests
-from opensuction.procedure.cycle import episode, lock_out, preoxygenation, schedule
-from opensuction.procedure.cycle.episode import Episode, PassRule
-from opensuction.procedure.cycle.lock_out import LockOut
-from opensuction.procedure.cycle.preoxygenation import OxygenAnswer
-from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.cycle.schedule import Schedule, ScheduleState
+from opensuction.kernel.interface import Requests
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle import lock_out, schedule
+from opensuction.procedure.cycle.lock_out import LockOut, Refusal
+from opensuction.procedure.cycle.schedule import (
+    Episode,
+    OxygenAnswer,
+    PassRule,
+    Schedule,
+    ScheduleState,
+)
 from opensuction.safety.condition import Condition
 
 LIFE_S = 86400.0
@@ -74,8 +77,8 @@ def start(catheter_age_s: float) -> Interlocks:
         catheter_age_s=age_s,
         schedule=schedule.restart(),
         refusal=0,
-        episode=episode.NEW,
-        oxygen=preoxygenation.NONE,
+        episode=schedule.NEW,
+        oxygen=schedule.NONE,
         lock=lock_out.NONE,
     )
 
@@ -85,7 +88,7 @@ def carry_over(fresh: Interlocks, kept: Interlocks, off_s: float) -> Interlocks:
 
     fresh: as the new controller begins. Passes, rest and lock-out go on; intervals begin anew.
     """
-    rested = episode.pass_idle_time(kept.episode, off_s)
+    rested = schedule.pass_idle_time_episode(kept.episode, off_s)
     left_s = max(rested.rest_left_s, fresh.episode.rest_left_s)
     return fresh._replace(episode=rested._replace(rest_left_s=left_s), lock=kept.lock)
 
@@ -114,8 +117,8 @@ def pass_idle_time(upkeep: Interlocks, duration_s: float) -> Interlocks:
     return upkeep._replace(
         catheter_age_s=upkeep.catheter_age_s + duration_s,
         schedule=schedule.pass_idle_time(upkeep.schedule, duration_s),
-        episode=episode.pass_idle_time(upkeep.episode, duration_s),
-        oxygen=preoxygenation.pass_idle_time(upkeep.oxygen, duration_s),
+        episode=schedule.pass_idle_time_episode(upkeep.episode, duration_s),
+        oxygen=schedule.pass_oxygen_time(upkeep.oxygen, duration_s),
     )
 
 
@@ -130,8 +133,8 @@ def hear(service: Service, upkeep: Interlocks, phase: int, requests: Requests) -
     looked = requests.assessed or requests.not_needed
     passes = upkeep.episode
     return upkeep._replace(
-        episode=episode.assess(passes, phase) if looked else passes,
-        oxygen=preoxygenation.hear(service.passes.asks_for_oxygen, upkeep.oxygen, phase, requests),
+        episode=schedule.assess(passes, phase) if looked else passes,
+        oxygen=schedule.hear(service.passes.asks_for_oxygen, upkeep.oxygen, phase, requests),
     )
 
 
@@ -160,11 +163,11 @@ def _patient_refusal(rule: PassRule, upkeep: Interlocks, patient: int) -> int:
         return Refusal.MONITOR_LINK_LOST
     if patient != 0:
         return Refusal.PATIENT_UNSAFE
-    if episode.is_exhausted(rule, upkeep.episode):
+    if schedule.is_exhausted(rule, upkeep.episode):
         return Refusal.PASS_LIMIT
     if upkeep.episode.rest_left_s > 0.0:
         return Refusal.RESTING
-    if rule.asks_for_oxygen and not preoxygenation.is_answered(upkeep.oxygen):
+    if rule.asks_for_oxygen and not schedule.is_answered(upkeep.oxygen):
         return Refusal.OXYGEN_UNANSWERED
     return Refusal.NONE
 
@@ -197,7 +200,7 @@ def is_asked(service: Service, upkeep: Interlocks, phase: int, requests: Request
 def is_prompting(service: Service, upkeep: Interlocks, phase: int) -> bool:
     """True while a person shall look at the patient and the machine could act on it."""
     due = schedule.prompts(service.schedule, upkeep.schedule)
-    return phase == Phase.PARKED and (due or episode.is_exhausted(service.passes, upkeep.episode))
+    return phase == Phase.PARKED and (due or schedule.is_exhausted(service.passes, upkeep.episode))
 
 
 @compiled
@@ -220,7 +223,7 @@ def step(
     attended = phase == Phase.PARKED and (serviced or before == Phase.HALTED)
     began = phase == Phase.CHECKING and before == Phase.PARKED
     looked = requests.not_needed or requests.assessed
-    passes = episode.step(service.passes, upkeep.episode, before, phase, dt_s)
+    passes = schedule.step_episode(service.passes, upkeep.episode, before, phase, dt_s)
     if asked and refused == Refusal.PASS_LIMIT:
         passes = passes._replace(exceeded=True)
     return upkeep._replace(
@@ -228,7 +231,7 @@ def step(
         schedule=schedule.step(upkeep.schedule, began, looked, attended, dt_s),
         refusal=refused if asked else upkeep.refusal,
         episode=passes,
-        oxygen=preoxygenation.step(
+        oxygen=schedule.step_oxygen(
             service.passes.asks_for_oxygen, upkeep.oxygen, before, phase, asked, dt_s
         ),
     )

@@ -4,14 +4,12 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Len
 
-from opensuction.control.profile import Profile
-from opensuction.control.staged_path import StagedPath
+from opensuction.control.motion_profile import Profile, StagedPath
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.check import CheckPlan
 from opensuction.procedure.cycle.teaching import TravelRange
-from opensuction.procedure.suction.line_flow import FreeFlow
-from opensuction.procedure.suction.pace import PacePlan
+from opensuction.procedure.suction.line_flow import FreeFlow, PacePlan
 
 BACK_OFF_SHARE = 0.5
 """Share of the head's acceleration that the tip's reference uses to back off: a head that comes

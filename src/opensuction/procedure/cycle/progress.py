@@ -2,21 +2,18 @@
 
 from typing import NamedTuple
 
-from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.arithmetic import flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings, is_number
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.interface import Readings, Requests, is_number
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import check, teaching
 from opensuction.procedure.cycle import plan as plans
-from opensuction.procedure.cycle.check import CheckSeen, CheckState
-from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.check import CheckItem, CheckSeen, CheckState
 from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.suction import pace
-from opensuction.procedure.suction.line_flow import FlowSeen
-from opensuction.procedure.suction.pace import Pace
+from opensuction.procedure.suction import line_flow
+from opensuction.procedure.suction.line_flow import FlowSeen, Pace
 
 OPEN_SHARE = 0.95
 """Share of the cam's stroke at which the valve counts as open: the servo leaves a static error."""
@@ -234,7 +231,7 @@ def _insertion_event(
         return flag(_is_opened(plan, readings), Event.VALVE_OPENED)
     if phase == Phase.SUCTIONING:
         elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
-        nothing_came = pace.is_over(plan.pace, state.pace, dt_s)
+        nothing_came = line_flow.is_over(plan.pace, state.pace, dt_s)
         return flag(elapsed, Event.DWELL_ELAPSED) | flag(nothing_came, Event.NOTHING_CAME)
     return 0
 

@@ -9,8 +9,8 @@ Source: [paper] II-A: a first insertion by hand measures the travel length.
 from enum import IntEnum
 from typing import NamedTuple
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.vocabulary import AgeGroup
 
 AWAY_MM = 5.0
 """Head travel from home after which its return ends the teaching; assumed."""

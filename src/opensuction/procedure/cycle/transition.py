@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.vocabulary import CYCLE, Phase
 
 
 class Event(IntEnum):

@@ -6,8 +6,8 @@ valve leave of it is the dwell.
 
 from typing import NamedTuple
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.guideline import (
     GUIDELINES,
@@ -17,8 +17,7 @@ from opensuction.procedure.planning.guideline import (
     checks,
 )
 from opensuction.procedure.planning.planner import Abilities
-from opensuction.procedure.planning.protocol import Protocol
-from opensuction.procedure.planning.site import Site
+from opensuction.procedure.planning.protocol import Protocol, Site
 
 TIME_MARGIN_S = 0.4
 """Kept free of the budget: servos settle, and the valve's seal closes a little after the cam."""

@@ -4,23 +4,23 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from opensuction.control import profile, staged_path
+from opensuction.control import motion_profile
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.vocabulary import CYCLE, Phase
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.check import CheckPlan
 from opensuction.procedure.cycle.plan import ContactSearch, Excitation, Motion, Plan
 from opensuction.procedure.cycle.progress import KEPT_S
-from opensuction.procedure.planning.check_plan import (
+from opensuction.procedure.planning.protocol import (
     VACUUM_LIMIT_S,
     VACUUM_READY_SHARE,
+    Protocol,
+    Site,
+    nearest_contact_mm,
     plan_check,
 )
-from opensuction.procedure.planning.protocol import Protocol, nearest_contact_mm
-from opensuction.procedure.planning.site import Site
-from opensuction.procedure.suction.line_flow import UNSEEN
-from opensuction.procedure.suction.pace import PacePlan
+from opensuction.procedure.suction.line_flow import UNSEEN, PacePlan
 
 CAP_MARGIN_MM = 5.0
 """Least distance from the stopping point to the cap [design-cap]."""
@@ -86,7 +86,9 @@ class Timeline(NamedTuple):
 def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     """Time to cross a gap from rest to rest within the head's limits."""
     speed, acceleration = abilities.head_mm_per_s, abilities.acceleration_mm_per_s2
-    return float(profile.duration_s(profile.Profile(0.0, gap_mm, speed, acceleration)))
+    return float(
+        motion_profile.duration_s(motion_profile.Profile(0.0, gap_mm, speed, acceleration))
+    )
 
 
 def way_in_mmhg(protocol: Protocol) -> float:
@@ -127,18 +129,18 @@ def motion(protocol: Protocol, abilities: Abilities, site: Site) -> Motion:
 def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> Timeline:
     """Planned durations of a cycle; by contact, of one that finds it only at the search's end."""
     moves = motion(protocol, abilities, site)
-    insertion = float(staged_path.duration_s(plans.way_in(moves, site.park_mm)))
+    insertion = float(motion_profile.staged_duration_s(plans.way_in(moves, site.park_mm)))
     # By contact suction takes place off the carina, wherever it was found.
     deepest_mm = protocol.travel_mm - (protocol.backoff_mm if by_contact else 0.0)
     withdrawal = float(
-        profile.duration_s(plans.way_out(moves, deepest_mm, protocol.withdrawal_mm_per_s))
+        motion_profile.duration_s(plans.way_out(moves, deepest_mm, protocol.withdrawal_mm_per_s))
     )
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
     build = build_s(abilities, way_in_mmhg(protocol), protocol.vacuum_mmhg)
     back_off = 0.0
     if by_contact:
         back_off = crossing_s(abilities, abilities.turn_mm) + float(
-            profile.duration_s(plans.back_off(moves, 0.0, -protocol.backoff_mm))
+            motion_profile.duration_s(plans.back_off(moves, 0.0, -protocol.backoff_mm))
         )
     return Timeline(
         preload=crossing_s(abilities, abilities.gap_in_mm),

@@ -2,10 +2,22 @@
 
 The library writes message by message, some microseconds each. A row's message has one length, so a
 chunk of them is one table of bytes. Everything else is left to the library's records.
+
+Extent of a file: a length, and the SHA-256 of the bytes up to it.
+
+Heading of a recording, ahead of its rows: its origin, and the data that a replay needs.
 """
 
+import errno
+import hashlib
+import json
+import os
 import struct
 import zlib
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from stat import S_ISREG
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +26,136 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex
 from numpy.typing import NDArray
+
+from opensuction.kernel.errors import InputError
+
+PROFILE = "opensuction"
+"""In the header of the file: by it a recording is told from other MCAP files."""
+FORMAT = 1
+"""Of what this version writes; a change that older versions would misread takes the next number."""
+ABOUT, SETTINGS = "opensuction", "settings"
+"""Names of the two metadata records."""
+NOTICE = (
+    "In-silico: recorded on a digital twin. Research software, not a medical device, not for use "
+    "on people or animals."
+)
+_FIXED = ("format", "software_version", "settings_hash", "fingerprint", "began_utc", "checksum")
+
+
+class Heading(NamedTuple):
+    """The description of a recording."""
+
+    software_version: str
+    settings: str
+    """Of the controller, as JSON."""
+    settings_hash: str
+    fingerprint: str
+    """Of the arithmetic that the controller ran with; see `kernel.arithmetic_fingerprint`."""
+    began_ns: int
+    """UTC at tick 0, in nanoseconds since 1970."""
+    about: dict[str, str]
+    """Whatever else is known, by name: patient, protocol, seed, notice."""
+
+    @property
+    def began_utc(self) -> str:
+        """The beginning as people read it."""
+        return datetime.fromtimestamp(self.began_ns / 1e9, tz=UTC).isoformat()
+
+
+Metadata = dict[str, dict[str, str]]
+"""Metadata records of an MCAP file, by name."""
+
+
+def _checksum(about: dict[str, str], settings: str) -> str:
+    """Of everything else, for MCAP gives metadata none."""
+    rest = {name: value for name, value in about.items() if name != "checksum"}
+    content = json.dumps([rest, settings], sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def to_metadata(heading: Heading) -> Metadata:
+    """The metadata records of a heading. Raises ValueError for a name that it has itself."""
+    if taken := set(_FIXED) & set(heading.about):
+        raise ValueError(f"a recording's heading has {', '.join(sorted(taken))} of its own")
+    about = {
+        "format": str(FORMAT),
+        "software_version": heading.software_version,
+        "settings_hash": heading.settings_hash,
+        "fingerprint": heading.fingerprint,
+        "began_utc": f"{heading.began_utc} ({heading.began_ns} ns)",
+        # The name of a file may hold bytes that are no UTF-8.
+        **{
+            name: value.encode("utf-8", "backslashreplace").decode()
+            for name, value in heading.about.items()
+        },
+    }
+    about["checksum"] = _checksum(about, heading.settings)
+    return {ABOUT: about, SETTINGS: {"json": heading.settings}}
+
+
+def from_metadata(name: str, metadata: Metadata) -> Heading:
+    """The heading of these records.
+
+    name: of the file, for messages. Raises InputError for records of a newer version, and for
+    damaged ones.
+    """
+    about = metadata.get(ABOUT, {})
+    written = about.get("format", "")
+    if written.isdecimal() and int(written) > FORMAT:
+        raise InputError(
+            f"{name}: is a recording of format {written}, written by opensuction "
+            f"{about.get('software_version', '(unknown)')!r}; this version reads up to {FORMAT}: "
+            "take a newer one"
+        )
+    settings = metadata.get(SETTINGS, {}).get("json", "")
+    if about.get("checksum") != _checksum(about, settings):
+        raise InputError(f"{name}: its heading is damaged, nothing of it can be relied upon")
+    began = about["began_utc"].rpartition("(")[2].partition(" ")[0]
+    return Heading(
+        software_version=about["software_version"],
+        settings=settings,
+        settings_hash=about["settings_hash"],
+        fingerprint=about["fingerprint"],
+        began_ns=int(began),
+        about={key: value for key, value in about.items() if key not in _FIXED},
+    )
+
+
+READ_BYTES = 1_000_000
+
+
+class Extent(NamedTuple):
+    """The first bytes of a file, or all of them."""
+
+    size_bytes: int
+    sha256: str
+
+
+EMPTY = Extent(0, sha256().hexdigest())
+
+
+def measure(path: Path, *until: int) -> list[Extent]:
+    """A file as it is: its first bytes until each of these places, and all of it last.
+
+    until: in bytes, ascending; of a place beyond the end all that there is. Raises OSError for a
+    file that cannot be read; no link is followed, and nothing but a plain file is read.
+    """
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK
+    with os.fdopen(os.open(path, flags), "rb") as file:
+        if not S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "no plain file", str(path))
+        digest, size, found = sha256(), 0, []
+        for place in (*until, None):
+            while place is None or size < place:
+                wanted = READ_BYTES if place is None else min(READ_BYTES, place - size)
+                data = file.read(wanted)
+                if not data:
+                    break
+                digest.update(data)
+                size += len(data)
+            found.append(Extent(size, digest.hexdigest()))
+    return found
+
 
 Bytes = NDArray[np.uint8]
 Times = NDArray[np.uint64]

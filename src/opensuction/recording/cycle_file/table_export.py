@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import SchemaColumn
+from opensuction.recording.cycle_file.row_schema import SchemaColumn, Table
 
 FORMATS = ("csv", "parquet")
 TIME = SchemaColumn("time_s", float)

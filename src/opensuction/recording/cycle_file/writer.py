@@ -30,14 +30,16 @@ from mcap.records import (
 from numpy.typing import NDArray
 
 from opensuction.kernel import private_file
-from opensuction.recording.cycle_file import event as events
-from opensuction.recording.cycle_file import frame, row_layout, row_schema
-from opensuction.recording.cycle_file.event import RecordedEvent
-from opensuction.recording.cycle_file.extent import EMPTY, Extent
-from opensuction.recording.cycle_file.frame import Batch
-from opensuction.recording.cycle_file.heading import PROFILE, Heading, to_metadata
-from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import PACKAGE, SchemaColumn
+from opensuction.recording.cycle_file import frame, row_schema
+from opensuction.recording.cycle_file.frame import (
+    EMPTY,
+    PROFILE,
+    Batch,
+    Extent,
+    Heading,
+    to_metadata,
+)
+from opensuction.recording.cycle_file.row_schema import PACKAGE, RecordedEvent, SchemaColumn, Table
 
 MAGIC = b"\x89MCAP0\r\n"
 ENCODING = "protobuf"
@@ -69,7 +71,9 @@ def _schemas_of(tables: Mapping[str, Sequence[SchemaColumn]]) -> list[Schema]:
     }
     return [
         Schema(id=i, name=f"{PACKAGE}.{message_name(topic)}", encoding=ENCODING, data=data)
-        for i, (topic, data) in enumerate({**described, EVENTS: events.description()}.items(), 1)
+        for i, (topic, data) in enumerate(
+            {**described, EVENTS: row_schema.description()}.items(), 1
+        )
     ]
 
 
@@ -113,7 +117,7 @@ class RecordingWriter:
         self._numbers: dict[int, int] = {}
         self._written: dict[int, int] = {}
         """Messages of each channel."""
-        self._layouts = {topic: row_layout.layout_of(columns) for topic, columns in tables.items()}
+        self._layouts = {topic: row_schema.layout_of(columns) for topic, columns in tables.items()}
         self._topics = [*tables, EVENTS]
         self._schemas = _schemas_of(tables)
         self._channels = [
@@ -194,7 +198,7 @@ class RecordingWriter:
             most = min(PACKED_ROWS, self._chunk_rows - self._pending_rows)
             some = slice(done, min(done + most, len(table)))
             rows = np.empty((some.stop - done, frame.MESSAGE_HEAD.itemsize + layout.size), np.uint8)
-            row_layout.pack(layout, table[some], rows, frame.MESSAGE_HEAD.itemsize)
+            row_schema.pack(layout, table[some], rows, frame.MESSAGE_HEAD.itemsize)
             numbers = self._number(channel, len(rows))
             frame.head(rows, channel, numbers, times_ns[some])
             places = np.arange(len(rows), dtype=np.uint64) * np.uint64(rows.shape[1])
@@ -207,7 +211,7 @@ class RecordingWriter:
     def add_event(self, time_ns: int, event: RecordedEvent) -> None:
         """An event; written with the next rows, or by `flush`. time_ns: as of a row."""
         channel = len(self._topics)
-        data = events.encode(event)
+        data = row_schema.encode(event)
         message = np.empty((1, frame.MESSAGE_HEAD.itemsize + len(data)), np.uint8)
         message[0, frame.MESSAGE_HEAD.itemsize :] = np.frombuffer(data, np.uint8)
         times_ns = np.array([time_ns], np.uint64)

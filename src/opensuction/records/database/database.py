@@ -1,18 +1,140 @@
-"""A database, opened for writing or only for reading; what SQLite and PostgreSQL differ in."""
+"""A database, opened for writing or only for reading; what SQLite and PostgreSQL differ in.
+
+Address of the database of records: a file's path, or a URL.
+
+Writers of an SQLite file take turns, with the checkpoint that may follow their commit.
+
+SQLite up to 3.51.2 may lose a commit where a checkpoint runs beside another writer
+(benbjohnson/litestream#1432), and is what many systems have. A lock on a file of its own: one on
+the database itself would be lost whenever SQLite closes a file of that name.
+"""
 
 import math
+import os
 import sqlite3
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Engine, create_engine, event, pool, text
+import platformdirs
+from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url, pool, text
+from sqlalchemy.exc import ArgumentError
 
 from opensuction.kernel import private_file
-from opensuction.records.database import file_lock
-from opensuction.records.database.address import Address
-from opensuction.records.database.failure import NOTHING, explaining, refused
+from opensuction.records.database.failure import NOTHING, RecordsError, explaining, refused
+
+AGAIN_S = 0.005
+"""How soon the lock is asked for again."""
+
+
+def name_of(database: Path) -> Path:
+    """The file that is locked."""
+    return database.with_name(f"{database.name}-lock")
+
+
+@contextmanager
+def hold(database: Path, wait_s: float) -> Iterator[None]:
+    """Nobody else writes in here. Raises TimeoutError where somebody did for longer than wait_s.
+
+    It is given back by the system when its process dies.
+    """
+    if sys.platform == "win32":  # one program at a time is what can be promised there
+        yield
+        return
+    handle = private_file.opener(str(name_of(database)), os.O_RDWR | os.O_CREAT)
+    try:
+        _take(handle, wait_s)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _take(handle: int, wait_s: float) -> None:
+    import fcntl
+
+    end_s = time.monotonic() + wait_s
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() >= end_s:
+                raise TimeoutError from None
+            time.sleep(AGAIN_S)
+        else:
+            return
+
+
+VARIABLE = "OPENSUCTION_DATABASE"
+"""Environment variable that names a database where no option does."""
+FORMS = "write a file's path, sqlite:///FILE or postgresql://USER@HOST/NAME"
+LONGEST_SHOWN = 60
+"""Characters of a name that cannot be one."""
+POSTGRESQL_NAMES = ("postgresql", "postgres", "postgresql+psycopg")
+
+
+class Address(NamedTuple):
+    """Address of the records."""
+
+    shown: str
+    """As messages show it: no password, no options."""
+    file: Path | None
+    """Of SQLite; None: a server's."""
+    url: URL | None
+    """Of a server's database."""
+
+
+def default() -> str:
+    """Default address of the records: the environment's, or the user's own file."""
+    named = os.environ.get(VARIABLE)
+    return named or str(Path(platformdirs.user_data_path("opensuction")) / "records.db")
+
+
+def parse(text: str | None = None) -> Address:
+    """The address of a database, or of the default one.
+
+    Raises RecordsError for what is none; its words never repeat a password.
+    """
+    given = default() if text is None else text
+    if "\0" in given or not given.strip():
+        raise RecordsError(f"an address of a database is missing; {FORMS}")
+    if "://" not in given:
+        return _file(Path(given))
+    try:
+        url = make_url(given)
+    except (ArgumentError, ValueError):
+        raise RecordsError(f"the address of the database cannot be read; {FORMS}") from None
+    if url.drivername in ("sqlite", "sqlite+pysqlite"):
+        if not url.database or url.database == ":memory:":
+            raise RecordsError(f"records in memory would be lost; {FORMS}")
+        if url.query:
+            raise refused(url.database, f"a file takes no options ('?...'); {FORMS}")
+        return _file(Path(url.database))
+    if url.drivername not in POSTGRESQL_NAMES:
+        raise refused(url.drivername, f"no kind of database that is known here; {FORMS}")
+    return _server(url)
+
+
+def _file(path: Path) -> Address:
+    try:
+        is_folder = path.is_dir()
+        os.fsencode(path)
+    except (OSError, ValueError):  # too long, or with half a character in it
+        raise refused(str(path)[:LONGEST_SHOWN], f"is no name of a file; {FORMS}") from None
+    if is_folder:
+        raise refused(str(path), "is a folder; name a file")
+    return Address(str(path), path, None)
+
+
+def _server(url: URL) -> Address:
+    shown = URL.create("postgresql", url.username, None, url.host, url.port, url.database)
+    address = Address(shown.render_as_string(), None, url.set(drivername="postgresql+psycopg"))
+    if not url.database:
+        raise refused(address.shown, f"names no database; {FORMS}")
+    return address
+
 
 DURABLE = "PRAGMA synchronous = FULL"
 """A commit is on the disk before the request is answered."""
@@ -66,7 +188,7 @@ class Database(NamedTuple):
 
     def _wait_for_turn(self, turn: ExitStack, file: Path) -> None:
         try:
-            turn.enter_context(file_lock.hold(file, self.wait_s))
+            turn.enter_context(hold(file, self.wait_s))
         except TimeoutError:
             raise refused(
                 self.address.shown,

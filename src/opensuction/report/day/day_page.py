@@ -1,15 +1,75 @@
-"""A day of cycles as a page, and what self-calibration found in it."""
+"""A day of cycles as a page, and what self-calibration found in it.
+
+Verdict of a day of cycles in one line: the most urgent finding of all its cycles.
+"""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.kernel.constant import HOUR_S
-from opensuction.report.day import day_verdict
+from opensuction.kernel.unit import HOUR_S
 from opensuction.report.notice import gather
 from opensuction.report.sheet import Cell, Curve, Plot, Rounded, Section, Sheet, Table, Values
+from opensuction.report.wording import capitalise
 from opensuction.result.cycle_result import CycleResult
 from opensuction.result.day_result import DayCycleResult, DayResult, DaySamples, GapResult
+
+KINDS = ("bad", "notice", "good")
+"""Verdicts of a cycle, the most urgent first."""
+
+
+class DayVerdict(NamedTuple):
+    """The first line of a day."""
+
+    text: str
+    kind: str
+    """One of `KINDS`."""
+    lead: str
+
+
+def kind_of(cycle: DayCycleResult) -> str:
+    """Verdict of a cycle: its report's; where it has none, by how it ended."""
+    if cycle.news is not None:
+        return cycle.news.verdict
+    return "good" if cycle.is_good else "bad"
+
+
+def headline_of(cycle: DayCycleResult) -> str:
+    """First line about a cycle, for a person."""
+    return cycle.outcome.capitalize() if cycle.news is None else cycle.news.headline
+
+
+def _urgency(cycle: DayCycleResult) -> tuple[bool, bool, int]:
+    """Sorts before another where it is smaller."""
+    return not cycle.inside_at_end, not cycle.harm, KINDS.index(kind_of(cycle))
+
+
+def verdict(day: DayResult) -> DayVerdict:
+    """The first line of a day, which has at least one cycle."""
+    cycles, repeat, refusal = day.cycles, day.repeat, day.refusal
+    done = sum(cycle.is_completed for cycle in cycles)
+    count = f"{done} of {repeat} cycles completed"
+    worst = min(cycles, key=_urgency)
+    kind = kind_of(worst)
+    if refusal is not None and kind != "bad":
+        return DayVerdict("A further cycle was refused", "bad", f"{capitalise(refusal)}. {count}.")
+    if kind == "good":
+        return DayVerdict(count, "good" if done == repeat else "bad", "")
+    said = f"Cycle {worst.number}: {headline_of(worst)}"
+    if kind == "notice" and done == repeat:
+        amber = [cycle for cycle in cycles if kind_of(cycle) == "notice"]
+        number = "one" if len(amber) == 1 else str(len(amber))
+        return DayVerdict(f"{count}, {number} to look at", "notice", f"{said}.")
+    others = [cycle for cycle in cycles if cycle is not worst and kind_of(cycle) != "good"]
+    more = ""
+    if others:
+        numbers = ", ".join(str(cycle.number) for cycle in others)
+        more = f" Look at {'cycles' if len(others) > 1 else 'cycle'} {numbers} too."
+    if kind == "notice" and done != repeat:
+        kind = "bad"
+    return DayVerdict(said, kind, f"{count}.{more}")
+
 
 COLUMNS: dict[str, tuple[Callable[[DayCycleResult], float | None], int]] = {
     "at, h": (lambda cycle: cycle.start_min / 60.0, 2),
@@ -43,7 +103,7 @@ OFFSETS: dict[str, GapValue] = {
 
 def page(last: CycleResult, day: DayResult, samples: DaySamples) -> Sheet:
     """The page. last: the day's last cycle. samples: of the whole day."""
-    first = day_verdict.verdict(day)
+    first = verdict(day)
     secretions = (
         f"{day.removed_ml:.1f} mL of secretions removed, {day.produced_ml:.1f} mL produced."
     )
@@ -73,7 +133,7 @@ def _cycles(cycles: Sequence[DayCycleResult]) -> Table:
     rows = tuple(
         (
             Cell(str(cycle.number), "number", _page_of(cycle)),
-            Cell(day_verdict.headline_of(cycle), day_verdict.kind_of(cycle)),
+            Cell(headline_of(cycle), kind_of(cycle)),
             *(Rounded(value(cycle), decimals) for value, decimals in COLUMNS.values()),
             "new" if cycle.catheter_changed else "",
             ", ".join(dict.fromkeys(_alarms(cycle))),

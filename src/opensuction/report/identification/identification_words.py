@@ -1,10 +1,19 @@
-"""An identification, or a comparison of models, in words and key figures, for page and terminal."""
+"""An identification, or a comparison of models, in words and key figures, for page and terminal.
+
+An identification in the terminal: the result in a line, parameters or ranking, files.
+"""
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
-from opensuction.kernel.disclaimer import NOT_A_DEVICE
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.report.figure import Figure, FigureVerdict
+from opensuction.report.terminal import glyphs, print_end, print_indented
 from opensuction.report.wording import amount
 from opensuction.result.identification_result import (
     ComparisonResult,
@@ -217,3 +226,50 @@ def _written(number_: float, decimals: int | None) -> str:
     if decimals is None or decimals > MOST_DECIMALS or abs(number_) >= MOST_PLAIN:
         return f"{number_:.6g}"
     return f"{number_:.{decimals}f}"
+
+
+def _table(*headings: str, numbers: Iterable[str], apart: int = 2) -> Table:
+    """An empty table. numbers: headings of the columns that hold some. apart: spaces between."""
+    table = Table(box=None, padding=(0, apart, 0, 0), pad_edge=False, header_style="dim")
+    for heading in headings:
+        table.add_column(heading, justify="right" if heading in numbers else "left", no_wrap=True)
+    return table
+
+
+def _parameters(model: ModelResult) -> Table:
+    table = _table("Parameter", "Value", "Unit", "95 % interval", numbers=("Value",))
+    for row in parameters(model):
+        table.add_row(*(Text(cell) for cell in row))
+    return table
+
+
+def _ranking(result: ComparisonResult) -> Table:
+    """Models, best first, with the errors that some of them have."""
+    columns = measures(result)
+    # Two spaces would make it 81 characters wide, and a terminal has 80.
+    table = _table("Model", *columns, "Inverse", "", numbers=columns, apart=1)
+    for model in result.models:
+        shown = errors(model)
+        table.add_row(
+            Text(model.model),
+            *(Text(percent(shown[measure])) for measure in columns),
+            Text(inverse(model)),
+            Text("recommended" if model.recommended else ""),
+            style="bold" if model.recommended else "",
+        )
+    return table
+
+
+def print_summary(console: Console, result: WorkbenchResult, files: Iterable[object] = ()) -> None:
+    """Print what was found, with warnings, and the files that were written."""
+    found = best(result)
+    console.print()
+    console.print(Text(f"{glyphs(console).done} {outcome(result)}", style="bold green"))
+    print_indented(console, sentences(result))
+    print_indented(console, [f"Warning: {warning}" for warning in found.warnings], "yellow")
+    console.print()
+    if isinstance(result, ComparisonResult):
+        console.print(_ranking(result))
+    elif len(found.parameters) <= FEW_PARAMETERS:
+        console.print(_parameters(found))
+    print_end(console, files, DISCLAIMER)

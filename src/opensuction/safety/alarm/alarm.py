@@ -32,7 +32,7 @@ from opensuction.safety.condition_mask import (
     PLANNED,
     WORD,
 )
-from opensuction.safety.priority import HIGH, LOW, MEDIUM, NONE, Priority
+from opensuction.safety.handling import HIGH, LOW, MEDIUM, NONE, Priority
 
 
 @compiled

@@ -3,27 +3,120 @@
 It knows neither phase nor protocol nor compensator. It watches readings and what it let through
 itself, and answers with the mildest reaction that keeps the limits:
 pass < cap < hold < withdraw < torque off. Trips are latched until a person resets.
+
+A withdrawal that the governor forces: for how long, and whether the head comes.
 """
 
 from typing import NamedTuple
 
-from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.arithmetic import count_ticks, extend_duration, flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import count
-from opensuction.kernel.readings import LARGEST, Readings
+from opensuction.kernel.interface import LARGEST, Readings, Setpoints
 from opensuction.kernel.record import make_zero
-from opensuction.safety import tip_bound
+from opensuction.safety import limits as limit_sets
 from opensuction.safety.condition import Condition
-from opensuction.safety.governor import forced_withdrawal, judgement, limiter
-from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
+from opensuction.safety.governor import judgement, limiter
+from opensuction.safety.governor.judgement import STALL_S
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
-from opensuction.safety.head import drive_force, head_vote, home_zero
+from opensuction.safety.head import drive_force, head_vote
 from opensuction.safety.head.head_vote import HeadVote
-from opensuction.safety.limits import Limits
-from opensuction.safety.watch import line_filter, patient_watch, watch
+from opensuction.safety.limits import Limits, head_cap_mm
+from opensuction.safety.watch import bus_watch, patient_watch, vacuum_signature, watch
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.watch_state import Watch
+
+BLOCKED_S = 0.3
+"""How long it may pull on what holds it: a reversal from full speed takes 0.2 s."""
+LEAVING_MM_PER_S = 1.0
+"""Measured speed outwards from which the head still comes out, however much resists it."""
+WAITING_S = 4.0
+"""How long a withdrawal that has had its time is waited for, that a loose contact may close: less
+than a hand that has been called takes to come [design]."""
+UNSEEN_S = 0.5
+"""Time for the reversal, beyond the way itself, of a withdrawal that cannot be seen."""
+
+
+class ForcedWithdrawal(NamedTuple):
+    """Durations of a forced withdrawal: without a break, but for the last."""
+
+    forced_s: float
+    """The governor forces the head out."""
+    blocked_s: float
+    """And something holds it meanwhile."""
+    unseen_s: float
+    """And its reading says nothing meanwhile."""
+    waiting_s: float
+    """And it is not seen to come."""
+    whole_s: float
+    """The governor forces the head out: all of it together, until a person resets."""
+
+
+NONE = make_zero(ForcedWithdrawal)
+
+
+@compiled
+def _is_unseen(seen: Watch) -> bool:
+    """True where the head's reading says nothing: none, the same for ever, or one sensor alone.
+
+    A head that both its sensors have standing still is seen: it is held, or its motor is gone.
+    """
+    lost = seen.invalid.head + seen.invalid.carriage > 0
+    alone = lost or seen.vote.encoder_out or seen.vote.carriage_out
+    stalled = seen.durations.stalled_s > STALL_S
+    return seen.vote.unseen_ticks > 0 or (stalled and alone) or bus_watch.is_stale(seen.bus)
+
+
+@compiled
+def step_withdrawal(
+    state: ForcedWithdrawal, seen: Watch, forced: bool, dt_s: float
+) -> ForcedWithdrawal:
+    """Bring it up to this tick."""
+    if not forced:
+        return NONE._replace(whole_s=state.whole_s)
+    leaving = seen.speed_mm_per_s <= -LEAVING_MM_PER_S
+    held = seen.durations.jammed_s > 0.0 and not leaving
+    unseen = _is_unseen(seen)
+    return ForcedWithdrawal(
+        forced_s=state.forced_s + dt_s,
+        blocked_s=extend_duration(state.blocked_s, held and not bus_watch.is_stale(seen.bus), dt_s),
+        unseen_s=extend_duration(state.unseen_s, unseen, dt_s),
+        waiting_s=extend_duration(state.waiting_s, unseen or not leaving, dt_s),
+        whole_s=state.whole_s + dt_s,
+    )
+
+
+@compiled
+def longest_s(limits: Limits) -> float:
+    """Time after which it ends, whatever the sensors say: until then any head that comes is home.
+
+    The way from the cap at the slowest speed that counts as coming; the time in which a sound drive
+    comes from there; as long as a loose contact is waited for. An adult's 182 mm take 182 s at
+    1 mm/s and are given 192 s, a neonate's 80 mm 89 s; a sound drive takes 4 s [computed]. A head
+    that is out so long has come by less than 1 mm/s all in all, or its sensors do not tell.
+    """
+    way_mm = max(head_cap_mm(limits.tip, limits.cap_mm) - limits.park_head_mm, 0.0)
+    return way_mm / LEAVING_MM_PER_S + limits.withdrawal_s + WAITING_S
+
+
+@compiled
+def judge_withdrawal(limits: Limits, state: ForcedWithdrawal, seen: Watch) -> int:
+    """Mask of what is wrong with it: a head that is seen to come, late or again, goes on.
+
+    But not for ever: two sensors that err alike may say for ever that it comes.
+    """
+    if state.forced_s + state.blocked_s + state.unseen_s + state.whole_s == 0.0:
+        return 0
+    way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    unseen = state.unseen_s > way_s + UNSEEN_S and _is_unseen(seen)
+    late = state.forced_s > limits.withdrawal_s and state.waiting_s > WAITING_S
+    late = late or state.whole_s > longest_s(limits)
+    return (
+        flag(late, Condition.WITHDRAWAL_TIME)
+        | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
+        | flag(unseen, Condition.WITHDRAWAL_UNSEEN)
+    )
+
 
 RUNAWAY = 1 << Condition.HEAD_RUNAWAY
 NOT_FOLLOWING = 1 << Condition.HEAD_NOT_FOLLOWING
@@ -72,13 +165,13 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
     """State at power-up with the head read at ``head_mm``; not a number: as deep as can be."""
     read = abs(head_mm) <= LARGEST
     if not read:
-        head_mm = float(tip_bound.head_cap_mm(limits.tip, limits.cap_mm))
+        head_mm = float(limit_sets.head_cap_mm(limits.tip, limits.cap_mm))
     return GovernorState(
         last=make_zero(Setpoints, head_mm=head_mm),
         valve_command_changed=False,
         watch=watch.start(limits, head_mm, read=read),
         patient=patient_watch.UNSEEN,
-        withdrawal=forced_withdrawal.NONE,
+        withdrawal=NONE,
         turned_ticks=0,
         trips=0,
     )
@@ -90,7 +183,7 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
     return (
         state.trips
         | judgement.judge(limits, seen, proposal, state.last.valve_open)
-        | forced_withdrawal.judge(limits, state.withdrawal, seen)
+        | judge_withdrawal(limits, state.withdrawal, seen)
     )
 
 
@@ -194,13 +287,13 @@ def locate(
         judgement.is_disagreeing(seen.durations),
         dt_s,
     )
-    return home_zero.learn(vote, seen.vote, readings, limits.park_head_mm, dt_s)
+    return head_vote.learn(vote, seen.vote, readings, limits.park_head_mm, dt_s)
 
 
 @compiled
 def line_vacuum_mmhg(state: GovernorState, readings: Readings, dt_s: float) -> float:
     """Vacuum in the line in this tick, without the sensor's noise and offset: the procedure's."""
-    return line_filter.vacuum_mmhg(watch.filter_line(state.watch, state.last, readings, dt_s))
+    return vacuum_signature.vacuum_mmhg(watch.filter_line(state.watch, state.last, readings, dt_s))
 
 
 @compiled
@@ -243,7 +336,7 @@ def step(
         reaction=reaction,
         trips=trips,
         patient=patient.conditions,
-        deepest_mm=tip_bound.deepest_mm(limits.tip, seen.tip),
+        deepest_mm=limit_sets.deepest_mm(limits.tip, seen.tip),
         insertion_on=allowed.insertion_on,
         turned=turned,
         valve_on=_is_valve_driven(trips, allowed.valve_open, seen.valve.resting),
@@ -256,8 +349,8 @@ def step(
         valve_command_changed=allowed.valve_open != state.last.valve_open,
         watch=seen,
         patient=patient,
-        withdrawal=forced_withdrawal.step(state.withdrawal, seen, forced, dt_s),
-        turned_ticks=count(state.turned_ticks, turned),
+        withdrawal=step_withdrawal(state.withdrawal, seen, forced, dt_s),
+        turned_ticks=count_ticks(state.turned_ticks, turned),
         trips=trips,
     )
     return following, allowed, verdict
@@ -274,7 +367,7 @@ def reset(limits: Limits, state: GovernorState) -> GovernorState:
         last=state.last._replace(head_mm=head_mm, head_mm_per_s=0.0),
         valve_command_changed=False,
         watch=watch.reset(limits, state.watch),
-        withdrawal=forced_withdrawal.NONE,
+        withdrawal=NONE,
         turned_ticks=0,
         trips=0,
     )

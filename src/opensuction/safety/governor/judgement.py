@@ -6,21 +6,15 @@ has begun, none is compared with its limit.
 
 import math
 
-from opensuction.kernel.bit_mask import flag
-from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.arithmetic import flag
 from opensuction.kernel.compiled import compiled
-from opensuction.safety import tip_bound
+from opensuction.kernel.interface import Setpoints
+from opensuction.safety import limits as limit_sets
 from opensuction.safety.condition import Condition
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch import (
-    bus_watch,
-    contact_window,
-    tip_force,
-    vacuum_signature,
-    valve_axis,
-)
+from opensuction.safety.watch import bus_watch, tip_force, vacuum_signature, valve_axis
 from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.watch_state import Durations, Watch
 
@@ -136,7 +130,7 @@ def _judge_durations(durations: Durations) -> int:
 @compiled
 def _judge_head(limits: Limits, seen: Watch) -> int:
     """Mask of what is wrong with where the head is and how it moves."""
-    highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
+    highest = limit_sets.head_cap_mm(limits.tip, limits.cap_mm)
     return (
         flag(seen.overspeed_ticks >= OVERSPEED_TICKS, Condition.HEAD_OVERSPEED)
         | flag(seen.runaway_ticks >= RUNAWAY_TICKS, Condition.HEAD_RUNAWAY)
@@ -148,14 +142,14 @@ def _judge_head(limits: Limits, seen: Watch) -> int:
 def _judge_contact(limits: Limits, seen: Watch) -> int:
     """Mask of what is wrong with the contact switch, or with what it has touched."""
     contact_s, impossible_s = seen.durations.contact_s, seen.window.impossible_s
-    shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
-    missed = contact_window.is_missed(limits.window, seen.window, shallowest_mm, contact_s > 0.0)
+    shallowest_mm = limit_sets.shallowest_mm(limits.tip, seen.tip)
+    missed = tip_force.is_missed(limits.window, seen.window, shallowest_mm, contact_s > 0.0)
     unseen = (missed and not seen.window.proven) or tip_force.is_pressing(seen.pressed)
     trips = flag(missed, Condition.CARINA_MISSED) | flag(unseen, Condition.CONTACT_STUCK_OPEN)
     if contact_s + impossible_s == 0.0:
         return trips
     away = seen.head_mm > limits.park_head_mm + AWAY_MM
-    allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
+    allowed_s = tip_force.IMPOSSIBLE_S if away else limits.contact_s
     driven_s = seen.durations.driven_contact_s
     long = contact_s > limits.contact_s or driven_s > limits.driven_contact_s
     stuck = impossible_s > allowed_s or (long and away and impossible_s > 0.0)

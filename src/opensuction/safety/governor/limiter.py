@@ -3,12 +3,12 @@
 It has no memory and judges nothing; `opensuction.safety.governor.governor` does.
 """
 
-from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
-from opensuction.safety import condition_mask, tip_bound
+from opensuction.kernel.interface import Setpoints
+from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import Reaction
-from opensuction.safety.limits import Limits
+from opensuction.safety.limits import Limits, head_cap_mm
 from opensuction.safety.watch.watch import PARKED_MM
 from opensuction.safety.watch.watch_state import Watch
 
@@ -59,7 +59,7 @@ def _narrow_head(
     go further in at all. A stop takes effect at once: the command drops to where the head is,
     however far it was ahead.
     """
-    highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
+    highest = head_cap_mm(limits.tip, limits.cap_mm)
     if held:
         highest = min(highest, seen.suction_start_mm + ADVANCE_MM)
     if stopped:

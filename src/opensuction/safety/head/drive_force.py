@@ -12,9 +12,9 @@ is its offset; without torque there are no volts, and the whole reading is offse
 
 from typing import NamedTuple
 
+from opensuction.kernel.arithmetic import drop_tiny
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
-from opensuction.kernel.readings import is_number
+from opensuction.kernel.interface import is_number
 from opensuction.kernel.record import make_zero
 from opensuction.safety.limits import DriveLimits
 

@@ -6,18 +6,65 @@ gives its speed. None of the three decides alone. A reading that no head can hav
 by those that agree; a sensor that stays odd is voted out, and named, until a person resets. What
 both sensors say against all expectation is believed after some ticks: readings that begin to come
 late do that.
+
+Speed of the insertion motor from its voltage and its current: a head sensor of its own.
+
+Volts less the drop of the current in the winding are the back-EMF, which is proportional to speed.
+
+The zero of the sensor on the catheter head, learnt where the head stands at home.
+
+It is mounted by hand, some tenths of a millimetre off, and the gear has play: at home after a way
+out the head lies on the same side of it each time.
 """
 
 from typing import NamedTuple
 
+from opensuction.kernel.arithmetic import count_ticks, drop_tiny
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
-from opensuction.kernel.duration import count
-from opensuction.kernel.readings import Readings, is_number
+from opensuction.kernel.interface import Readings, is_number
 from opensuction.kernel.record import make_zero
-from opensuction.safety.head import motor_speed
 from opensuction.safety.invalid_ticks import INVALID_TICKS, NEVER_TICKS
 from opensuction.safety.limits import DriveLimits
+
+SATURATED_SHARE = 0.55
+"""Share of the drive's highest force from which its current limit, not its voltage, rules: of the
+limit that is a fault, which is 1.3 times its own; the limit may be 7 % lower, the force for an
+ampere 10 % more, and the current sensor read 4 % less [computed]."""
+
+
+@compiled
+def is_limited(limits: DriveLimits, current_a: float) -> bool:
+    """True where the drive's current limit rules, so that its voltage says nothing of its speed."""
+    return abs(limits.newton_per_a * current_a) >= SATURATED_SHARE * limits.force_n
+
+
+@compiled
+def turn(
+    limits: DriveLimits,
+    before_mm_per_s: float,
+    driven_v: float,
+    current_a: float,
+    measured_mm_per_s: float,
+    dt_s: float,
+) -> float:
+    """Speed of the motor after volts were put on it.
+
+    While the drive's current limit rules, its voltage says nothing: then it gains speed as such a
+    drive can at least and at most, and within that as fast as was measured of the head.
+    """
+    fastest = limits.mm_per_s_per_v * limits.supply_v
+    least = limits.gaining_least_mm_per_s2 * dt_s
+    most = limits.gaining_most_mm_per_s2 * dt_s
+    gained = measured_mm_per_s - before_mm_per_s
+    if not is_limited(limits, current_a):
+        speed = limits.mm_per_s_per_v * (driven_v - limits.volts_per_a * current_a)
+        gained = min(max(speed - before_mm_per_s, -most), most)
+    elif current_a > 0.0:
+        gained = min(max(gained, least), most)
+    else:
+        gained = max(min(gained, -least), -most)
+    return min(max(before_mm_per_s + gained, -fastest), fastest)
+
 
 JUMP_MM = 0.15
 """Further than that no head is from where it was expected a tick ago: 1.25 times the fastest 62
@@ -164,13 +211,11 @@ def _hold_against_motor(
     speed, encoder_lead_mm, carriage_lead_mm = 0.0, 0.0, 0.0
     if driven:
         current = readings.insertion_current_a if is_number(readings.insertion_current_a) else 0.0
-        speed = motor_speed.turn(
-            limits, state.motor_mm_per_s, driven_v, current, speed_mm_per_s, dt_s
-        )
+        speed = turn(limits, state.motor_mm_per_s, driven_v, current, speed_mm_per_s, dt_s)
         encoder_moved_mm = encoder_mm - state.encoder_mm
         carriage_moved_mm = carriage_mm - state.carriage_mm
         motor_mm = speed * dt_s
-        if motor_speed.is_limited(limits, current):
+        if is_limited(limits, current):
             # Its speed is the measured one then, and would bear out the sensor that was taken
             # from: what the two differ by counts against both alike.
             motor_mm += 0.5 * (carriage_moved_mm - encoder_moved_mm)
@@ -233,7 +278,7 @@ def _locate(
     near = carriage and abs(carriage_mm - expected_mm) <= reach_mm + CARRIAGE_MM
     unopposed = encoder != carriage or abs(encoder_mm - carriage_mm) <= CARRIAGE_MM
     surprised = unopposed and not likely and (encoder or not near)
-    surprised_ticks = count(state.surprised_ticks, surprised)
+    surprised_ticks = count_ticks(state.surprised_ticks, surprised)
     convinced = surprised_ticks >= SURPRISED_TICKS
     odd = _count_odd(state.encoder_odd, likely or not encoder)
     travelled = likely and odd + state.encoder_odd == 0
@@ -276,7 +321,7 @@ def step(
         readings.carriage_valid and is_number(readings.carriage_mm) and not state.carriage_out
     )
     if not encoder and not carriage:
-        return state._replace(jumped_mm=0.0, unseen_ticks=count(state.unseen_ticks, True))
+        return state._replace(jumped_mm=0.0, unseen_ticks=count_ticks(state.unseen_ticks, True))
     if state.switched or state.unseen_ticks >= INVALID_TICKS:
         return _find(state, encoder, carriage)
     ticks = 1 + state.unseen_ticks
@@ -302,4 +347,35 @@ def reset(state: HeadVote) -> HeadVote:
         encoder_out=False,
         carriage_out=False,
         unseen_ticks=max(state.unseen_ticks, INVALID_TICKS),
+    )
+
+
+MOST_MM = 0.6
+"""More than that is no zero: mounting 0.4 mm, play 0.08, half of the sensor's step and its noise
+0.1 [computed]."""
+HOME_MM = 1.0
+"""Nearer than this to its park position the head is home; a servo settles within 0.25; assumed."""
+STILL_TICKS = 20
+"""For how long the encoder must stand still."""
+LEARN_S = 0.02
+"""Time constant over which it is learnt: the pre-use test is at home for longer."""
+
+
+@compiled
+def learn(
+    vote: HeadVote, before: HeadVote, readings: Readings, park_head_mm: float, dt_s: float
+) -> HeadVote:
+    """The vote with the zero learnt further. before: of the last tick. readings: of this one."""
+    read = readings.carriage_valid and is_number(readings.carriage_mm)
+    off_mm = readings.carriage_mm - vote.encoder_mm
+    heard = vote.unseen_ticks == 0 and not (vote.encoder_out or vote.carriage_out) and read
+    home = abs(vote.encoder_mm - park_head_mm) <= HOME_MM and abs(off_mm) <= MOST_MM
+    still = vote.encoder_mm == before.encoder_mm
+    ticks = min(count_ticks(vote.zero_ticks, heard and home and still), STILL_TICKS)
+    if ticks < STILL_TICKS:
+        return vote._replace(zero_ticks=ticks)
+    zero_mm = vote.zero_mm + (off_mm - vote.zero_mm) * (dt_s / (LEARN_S + dt_s))
+    # What has been read so far is read anew with it: a zero that moves is no motion of the head.
+    return vote._replace(
+        zero_mm=zero_mm, zero_ticks=ticks, carriage_mm=readings.carriage_mm - zero_mm
     )

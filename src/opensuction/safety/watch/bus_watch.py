@@ -8,9 +8,8 @@ with a head that must move, repetition is detected with them, too.
 
 from typing import NamedTuple
 
+from opensuction.kernel.arithmetic import count_ticks, drop_tiny
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
-from opensuction.kernel.duration import count
 from opensuction.kernel.record import make_zero
 
 STALE_TICKS = 50
@@ -47,7 +46,7 @@ def step(state: BusWatch, change_mmhg: float, same: bool, dt_s: float) -> BusWat
     with vacuum in the line.
     """
     if same:
-        return state._replace(stale_ticks=count(state.stale_ticks, True))
+        return state._replace(stale_ticks=count_ticks(state.stale_ticks, True))
     turned = change_mmhg != 0.0 and (change_mmhg > 0.0) != state.rising
     gained = ((1.0 if turned else 0.0) - state.restless_share) * (dt_s / (RESTLESS_S + dt_s))
     return BusWatch(

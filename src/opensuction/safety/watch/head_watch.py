@@ -1,15 +1,12 @@
 """Motion of the head, tick by tick: its speed, the forces on it, its obedience to the commands."""
 
-from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.arithmetic import count_ticks, drop_tiny
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
-from opensuction.kernel.duration import count
-from opensuction.kernel.readings import Readings
-from opensuction.safety import tip_bound
-from opensuction.safety.head import advance_bound, drive_force, head_vote
+from opensuction.kernel.interface import Readings, Setpoints
+from opensuction.safety.head import drive_force, head_vote
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
-from opensuction.safety.limits import Limits
+from opensuction.safety.limits import Limits, follow, step
 from opensuction.safety.watch.watch_state import Watch
 
 SPEED_WINDOW_S = 0.01
@@ -110,7 +107,7 @@ def move(
             share,
             dt_s,
         )
-    advance = advance_bound.step(
+    advance = step(
         limits.braking_mm_per_s2,
         # A servo on a wrong reading may have brought the head to any speed that it has.
         limits.head_speed_mm_per_s if seen.vote.switched else 0.0,
@@ -132,9 +129,9 @@ def move(
     too_far = far and not _is_parting(seen)
     return seen._replace(
         speed_mm_per_s=speed,
-        tip=tip_bound.follow(limits.tip, before.tip, head_mm),
+        tip=follow(limits.tip, before.tip, head_mm),
         advance=advance,
-        runaway_ticks=count(before.runaway_ticks, too_far),
-        overspeed_ticks=count(before.overspeed_ticks, too_fast),
+        runaway_ticks=count_ticks(before.runaway_ticks, too_far),
+        overspeed_ticks=count_ticks(before.overspeed_ticks, too_fast),
         drive=drive,
     )

@@ -22,13 +22,12 @@ expiration that is blocked or a reading that is frozen.
 import math
 from typing import NamedTuple
 
-from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.arithmetic import add_up_duration, extend_duration, flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import add_up, extend
-from opensuction.kernel.readings import Monitor
+from opensuction.kernel.interface import Monitor
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
-from opensuction.safety.patient_limit import SHAKEN_S, PatientLimits
+from opensuction.safety.limits import SHAKEN_S, PatientLimits
 
 SPO2_S = 2.0
 """How long the saturation must be low: four values of the display."""
@@ -146,13 +145,13 @@ UNSEEN = make_zero(PatientWatch)
 @compiled
 def _extend(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
     """As `duration.extend`; a value that is missing neither counts nor ends it."""
-    return extend(seconds, holds, dt_s) if known else seconds
+    return extend_duration(seconds, holds, dt_s) if known else seconds
 
 
 @compiled
 def _add_up(seconds: float, known: bool, holds: bool, fade: float, dt_s: float) -> float:
     """As `duration.add_up`; a value that is missing neither counts nor ends it."""
-    return add_up(seconds, holds, fade, dt_s) if known else seconds
+    return add_up_duration(seconds, holds, fade, dt_s) if known else seconds
 
 
 @compiled
@@ -179,7 +178,7 @@ def _sink(
     lagged = min(watch.lagged_cmh2o, line)
     lagged = line if pressure >= line else lagged + (pressure - lagged) * dt_s / SINKING_LAG_S
     sinking = pressure < lagged - SINKING_CMH2O and not abs(pressure) <= ROOM_CMH2O
-    return lagged, add_up(watch.sinking_s, sinking, LOW_FADE, dt_s)
+    return lagged, add_up_duration(watch.sinking_s, sinking, LOW_FADE, dt_s)
 
 
 @compiled
@@ -295,8 +294,8 @@ def step(
         sag = _follow_sag(limits, sag, pressure, dt_s)
     open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
     breath_s = _extend(watch.breath_s, has_pressure, breath.raised == watch.breath.raised, dt_s)
-    missing_s = extend(watch.missing_s, not (has_rate and has_pressure), dt_s)
-    unsaturated_s = extend(watch.unsaturated_s, not has_spo2, dt_s)
+    missing_s = extend_duration(watch.missing_s, not (has_rate and has_pressure), dt_s)
+    unsaturated_s = extend_duration(watch.unsaturated_s, not has_spo2, dt_s)
     now = PatientWatch(
         spo2_percent=spo2,
         doubted_s=doubted_s,

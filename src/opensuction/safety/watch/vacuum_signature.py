@@ -15,17 +15,71 @@ the way in no pump runs, and at its end it would suck there anyway.
 
 Faults that look alike in the canister's vacuum are named by the table
 in `docs/explanations/alarms.md`.
+
+The vacuum sensor's reading without its noise and without its offset.
+
+White noise of some mmHg lies in every reading and says nothing; what the line does takes longer. A
+vented line is at the room's pressure: what is read there is the sensor's offset, as far as a sound
+one can have it. A larger one stays in the reading, and the pre-use test refuses it.
 """
 
 from typing import NamedTuple
 
-from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.arithmetic import add_up_duration, drop_tiny, extend_duration, flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
-from opensuction.kernel.duration import add_up, extend
+from opensuction.kernel.interface import Readings, is_number
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
+
+FILTER_S = 0.02
+"""Time constant of the filter: of white noise a sixth is left, of a loss 20 ms are [computed]."""
+ZERO_MMHG = 7.0
+"""Offset up to which it is taken for the sensor's: 1 % of 500 mmHg, drift and what is left of the
+noise; assumed."""
+ZERO_S = 0.2
+"""Time constant over which the offset is learnt; the pre-use test begins with a second without a
+pump."""
+
+
+class LineFilter(NamedTuple):
+    """The reading, as it came and as it is taken."""
+
+    raw_mmhg: float
+    """Last reading that was one."""
+    smooth_mmhg: float
+    """It without its noise."""
+    zero_mmhg: float
+    """What of it is the sensor's offset."""
+    heard: bool
+    """There has been one: the first is believed at once."""
+
+
+FILTER_START = make_zero(LineFilter)
+
+
+@compiled
+def vacuum_mmhg(state: LineFilter) -> float:
+    """Vacuum in the line, as far as it is known."""
+    return state.smooth_mmhg - state.zero_mmhg
+
+
+@compiled
+def step_filter(state: LineFilter, readings: Readings, vented: bool, dt_s: float) -> LineFilter:
+    """Bring it up to this tick. vented: neither pump nor set point in the last tick."""
+    raw = readings.line_vacuum_mmhg
+    if not (readings.vacuum_valid and is_number(raw)):
+        return state
+    smooth = raw
+    if state.heard:
+        smooth = state.smooth_mmhg + (raw - state.smooth_mmhg) * (dt_s / (FILTER_S + dt_s))
+    zero = state.zero_mmhg
+    if vented and abs(smooth) <= ZERO_MMHG:
+        zero += (smooth - zero) * (dt_s / (ZERO_S + dt_s))
+    return LineFilter(
+        raw_mmhg=raw, smooth_mmhg=drop_tiny(smooth), zero_mmhg=drop_tiny(zero), heard=True
+    )
+
 
 RATE_S = 0.1
 """Window over which the fall of the vacuum is measured; a sensor's noise of 1 mmHg is 10 mmHg/s."""
@@ -185,7 +239,7 @@ def step(
     vented = not pump_on and set_mmhg == 0.0
     raised = set_mmhg > state.set_mmhg
     slow = _average(state, vacuum_mmhg, set_mmhg, pumping, dt_s)
-    pumping_s = extend(state.pumping_s, pumping and not raised, dt_s)
+    pumping_s = extend_duration(state.pumping_s, pumping and not raised, dt_s)
     built = (pumping and vacuum_mmhg >= READY_SHARE * set_mmhg) or (
         (pumping or paused) and state.built and not raised
     )
@@ -200,12 +254,14 @@ def step(
     unvented = vented and vacuum_mmhg > OVER_MMHG
     over_mmhg = OVER_MMHG if pump_on else OVER_REST_MMHG
     over = set_mmhg > 0.0 and vacuum_mmhg > set_mmhg + over_mmhg
-    rest_s = extend(state.rest_s, paused and is_closed, dt_s)
-    open_rest_s = extend(state.open_rest_s, paused and is_open and limits.rests_open, dt_s)
+    rest_s = extend_duration(state.rest_s, paused and is_closed, dt_s)
+    open_rest_s = extend_duration(state.open_rest_s, paused and is_open and limits.rests_open, dt_s)
     least_fall = FLOW_SHARE * limits.bore_fall_mmhg_per_s
     kept_open = open_rest_s > REST_SETTLE_S and (slow - vacuum_mmhg) / RATE_S < least_fall
     # How long nothing has been drawn in this rest: noise breaks it off now and then.
-    no_flow_s = add_up(state.no_flow_s, kept_open, FLOW_FADE, dt_s) if open_rest_s > 0.0 else 0.0
+    no_flow_s = (
+        add_up_duration(state.no_flow_s, kept_open, FLOW_FADE, dt_s) if open_rest_s > 0.0 else 0.0
+    )
     kept = _keep(state, slow, set_mmhg, rest_s > 0.0, dt_s)
     fall = _steepen(state, vacuum_mmhg, set_mmhg, slow) if built else 0.0
     return LineWatch(
@@ -217,14 +273,14 @@ def step(
         fall_mmhg_per_s=fall,
         rest_s=rest_s,
         kept_mmhg=kept,
-        rest_low_s=extend(state.rest_low_s, slow < kept - REST_FALL_MMHG, dt_s),
-        closed_low_s=extend(state.closed_low_s, closed_low, dt_s),
-        open_low_s=extend(state.open_low_s, open_low, dt_s),
-        clogged_s=extend(state.clogged_s, clogged, dt_s),
+        rest_low_s=extend_duration(state.rest_low_s, slow < kept - REST_FALL_MMHG, dt_s),
+        closed_low_s=extend_duration(state.closed_low_s, closed_low, dt_s),
+        open_low_s=extend_duration(state.open_low_s, open_low, dt_s),
+        clogged_s=extend_duration(state.clogged_s, clogged, dt_s),
         open_rest_s=open_rest_s,
         no_flow_s=no_flow_s,
-        over_s=extend(state.over_s, over, dt_s),
-        unvented_s=extend(state.unvented_s, unvented, dt_s),
+        over_s=extend_duration(state.over_s, over, dt_s),
+        unvented_s=extend_duration(state.unvented_s, unvented, dt_s),
     )
 
 

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from opensuction.kernel.arithmetic import extend_duration
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import extend
 from opensuction.safety.limits import ValveLimits
 
 CLOSED_RAD = 0.02
@@ -69,8 +69,8 @@ def step(
     away = not arrived and not command_changed
     still = abs(cam_rad - state.still_rad) <= STILL_RAD
     return ValveAxis(
-        away_s=extend(state.away_s, away, dt_s),
-        still_s=extend(state.still_s, away and still, dt_s),
+        away_s=extend_duration(state.away_s, away, dt_s),
+        still_s=extend_duration(state.still_s, away and still, dt_s),
         still_rad=state.still_rad if still else cam_rad,
         resting=not opened and (arrived or (state.resting and not command_changed)),
     )

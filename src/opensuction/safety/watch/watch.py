@@ -5,30 +5,19 @@ Nothing here decides; `opensuction.safety.governor.governor` does.
 
 import math
 
-from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.arithmetic import count_ticks, drop_tiny, extend_duration
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
-from opensuction.kernel.duration import count, extend
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Readings, Setpoints
 from opensuction.kernel.record import make_zero
-from opensuction.safety import invalid_ticks, tip_bound
+from opensuction.safety import invalid_ticks
+from opensuction.safety import limits as limit_sets
 from opensuction.safety.head import drive_force, head_vote
-from opensuction.safety.head.advance_bound import AdvanceBound
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS
-from opensuction.safety.limits import Limits
-from opensuction.safety.watch import (
-    bus_watch,
-    contact_window,
-    head_watch,
-    line_filter,
-    tip_force,
-    vacuum_signature,
-    valve_axis,
-)
-from opensuction.safety.watch.contact_window import ContactWindow
-from opensuction.safety.watch.line_filter import LineFilter
-from opensuction.safety.watch.tip_force import TipForce
+from opensuction.safety.limits import AdvanceBound, Limits
+from opensuction.safety.watch import bus_watch, head_watch, tip_force, vacuum_signature, valve_axis
+from opensuction.safety.watch.tip_force import ContactWindow, TipForce
+from opensuction.safety.watch.vacuum_signature import LineFilter
 from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
 
 VENTED_MMHG = 1.0
@@ -51,19 +40,19 @@ def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
     return make_zero(
         Watch,
         head_mm=head_mm,
-        tip=tip_bound.assume_anywhere(limits.tip, head_mm),
+        tip=limit_sets.assume_anywhere(limits.tip, head_mm),
         suction_start_mm=head_mm,
         advance=AdvanceBound(head_mm=head_mm, coast_mm_per_s=limits.leaving_mm_per_s),
         vote=head_vote.start(head_mm, read=read),
         invalid=invalid_ticks.NONE,
         durations=NO_DURATIONS,
         drive=drive_force.REST,
-        window=contact_window.START,
+        window=tip_force.WINDOW_START,
         pressed=tip_force.START,
         valve=valve_axis.START,
         bus=bus_watch.START,
         line=vacuum_signature.START,
-        filter=line_filter.START,
+        filter=vacuum_signature.FILTER_START,
     )
 
 
@@ -98,7 +87,7 @@ def _watch_suction(
         line = vacuum_signature.step(
             limits.line,
             before.line,
-            line_filter.vacuum_mmhg(seen.filter),
+            vacuum_signature.vacuum_mmhg(seen.filter),
             last.vacuum_mmhg,
             last.pump_on,
             last.valve_open and valve_axis.is_open(limits.valve, cam_rad),
@@ -113,11 +102,11 @@ def _watch_contact(
     limits: Limits, before: Watch, seen: Watch, touching: bool, dt_s: float
 ) -> ContactWindow:
     """Watch contact, for the switch and the carina."""
-    return contact_window.step(
+    return tip_force.step_window(
         limits.window,
         before.window,
-        tip_bound.deepest_mm(limits.tip, seen.tip),
-        tip_bound.shallowest_mm(limits.tip, seen.tip),
+        limit_sets.deepest_mm(limits.tip, seen.tip),
+        limit_sets.shallowest_mm(limits.tip, seen.tip),
         touching,
         before.durations.contact_s > 0.0,
         dt_s,
@@ -129,7 +118,7 @@ def _watch_force(
     limits: Limits, before: Watch, seen: Watch, touching: bool, dt_s: float
 ) -> TipForce:
     """Watch the tip's force by the drive; by travel there is no carina where the tip goes."""
-    deepest_mm = tip_bound.deepest_mm(limits.tip, seen.tip)
+    deepest_mm = limit_sets.deepest_mm(limits.tip, seen.tip)
     may_touch = limits.window.by_mm < math.inf and deepest_mm >= limits.window.from_mm
     return tip_force.step(
         before.pressed, seen.drive, seen.speed_mm_per_s, touching, may_touch, dt_s
@@ -148,7 +137,7 @@ def _extend_durations(
     dt_s: float,
 ) -> Durations:
     durations, off_mm = before.durations, abs(last.head_mm - seen.head_mm)
-    inside = tip_bound.deepest_mm(limits.tip, seen.tip) > limits.outside_mm
+    inside = limit_sets.deepest_mm(limits.tip, seen.tip) > limits.outside_mm
     stalled = seen.head_mm == before.head_mm and off_mm > limits.stalled_mm
     highest = limits.line.parked_closed_mmhg if seen.parked_closed else limits.vacuum_mmhg
     drive = seen.drive
@@ -156,17 +145,21 @@ def _extend_durations(
     jammed = drive_force.is_above(drive, drive.resistance_n, jam_n)
     overforce = drive_force.is_above(drive, drive.force_n, limits.drive.force_n)
     return Durations(
-        sucking_s=extend(durations.sucking_s, sucking, dt_s),
-        inside_s=extend(durations.inside_s, inside, dt_s),
-        contact_s=extend(durations.contact_s, touching, dt_s),
-        driven_contact_s=extend(durations.driven_contact_s, touching and last.insertion_on, dt_s),
-        off_command_s=extend(durations.off_command_s, off_mm > limits.following_mm, dt_s),
-        stalled_s=extend(durations.stalled_s, stalled, dt_s),
-        overpressure_s=extend(durations.overpressure_s, seen.line.vacuum_mmhg > highest, dt_s),
-        jammed_s=extend(durations.jammed_s, jammed, dt_s),
-        overforce_s=extend(durations.overforce_s, overforce, dt_s),
-        disagreeing_s=extend(durations.disagreeing_s, disagreeing, dt_s),
-        adrift_s=extend(durations.adrift_s, head_watch.is_adrift(seen.vote), dt_s),
+        sucking_s=extend_duration(durations.sucking_s, sucking, dt_s),
+        inside_s=extend_duration(durations.inside_s, inside, dt_s),
+        contact_s=extend_duration(durations.contact_s, touching, dt_s),
+        driven_contact_s=extend_duration(
+            durations.driven_contact_s, touching and last.insertion_on, dt_s
+        ),
+        off_command_s=extend_duration(durations.off_command_s, off_mm > limits.following_mm, dt_s),
+        stalled_s=extend_duration(durations.stalled_s, stalled, dt_s),
+        overpressure_s=extend_duration(
+            durations.overpressure_s, seen.line.vacuum_mmhg > highest, dt_s
+        ),
+        jammed_s=extend_duration(durations.jammed_s, jammed, dt_s),
+        overforce_s=extend_duration(durations.overforce_s, overforce, dt_s),
+        disagreeing_s=extend_duration(durations.disagreeing_s, disagreeing, dt_s),
+        adrift_s=extend_duration(durations.adrift_s, head_watch.is_adrift(seen.vote), dt_s),
         absent_s=durations.absent_s,
         remaining_s=durations.remaining_s,
     )
@@ -178,13 +171,13 @@ def _watch_mouth(
 ) -> Durations:
     """Durations with those of the light barrier. clear: it sees no catheter."""
     known = seen.vote.unseen_ticks == 0 and limits.mouth_mm < math.inf
-    deepest_mm = tip_bound.deepest_mm(limits.tip, seen.tip)
-    shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
+    deepest_mm = limit_sets.deepest_mm(limits.tip, seen.tip)
+    shallowest_mm = limit_sets.shallowest_mm(limits.tip, seen.tip)
     absent = known and clear and shallowest_mm > limits.mouth_mm + BARRIER_MM
     remaining = known and not clear and deepest_mm < limits.mouth_mm - BARRIER_MM
     return durations._replace(
-        absent_s=extend(durations.absent_s, absent, dt_s),
-        remaining_s=extend(durations.remaining_s, remaining, dt_s),
+        absent_s=extend_duration(durations.absent_s, absent, dt_s),
+        remaining_s=extend_duration(durations.remaining_s, remaining, dt_s),
     )
 
 
@@ -192,7 +185,7 @@ def _watch_mouth(
 def filter_line(before: Watch, last: Setpoints, readings: Readings, dt_s: float) -> LineFilter:
     """Filter the vacuum reading of this tick. last: what was let through in the last tick."""
     vented = not last.pump_on and last.vacuum_mmhg == 0.0
-    return line_filter.step(before.filter, readings, vented, dt_s)
+    return vacuum_signature.step_filter(before.filter, readings, vented, dt_s)
 
 
 @compiled
@@ -216,7 +209,7 @@ def step(
     cam_rad = before.cam_rad if invalid.cam > 0 else readings.cam_rad
     unclosed = not valve_axis.is_closed(cam_rad) or invalid.cam >= INVALID_TICKS
     sucking = last.valve_open or unclosed
-    open_ticks = count(before.open_contact_ticks, not readings.contact_closed)
+    open_ticks = count_ticks(before.open_contact_ticks, not readings.contact_closed)
     touched = before.durations.contact_s > 0.0
     touching = open_ticks == 0 or (touched and open_ticks < RELEASE_TICKS)
     # A bus that repeats its last message: a line that holds vacuum loses some in every tick.
@@ -231,7 +224,7 @@ def step(
         suction_start_mm=min(before.suction_start_mm, head_mm) if sucking else head_mm,
         cam_rad=cam_rad,
         open_contact_ticks=open_ticks,
-        late_ticks=count(before.late_ticks, overrun),
+        late_ticks=count_ticks(before.late_ticks, overrun),
         late_share=drop_tiny(
             before.late_share
             + ((1.0 if overrun else 0.0) - before.late_share) * (dt_s / (LATE_S + dt_s))
@@ -273,7 +266,7 @@ def reset(limits: Limits, watch: Watch) -> Watch:
     """
     kept = watch.durations
     return watch._replace(
-        tip=tip_bound.assume_anywhere(limits.tip, watch.head_mm),
+        tip=limit_sets.assume_anywhere(limits.tip, watch.head_mm),
         advance=AdvanceBound(head_mm=watch.head_mm, coast_mm_per_s=0.0),
         parked_closed=False,
         runaway_ticks=0,
@@ -285,7 +278,7 @@ def reset(limits: Limits, watch: Watch) -> Watch:
         ),
         vote=head_vote.reset(watch.vote),
         drive=drive_force.rest(watch.drive),
-        window=contact_window.reset(watch.window),
+        window=tip_force.reset(watch.window),
         pressed=tip_force.START,
         valve=valve_axis.restart(watch.valve),
         line=vacuum_signature.reset(watch.line),

@@ -3,16 +3,13 @@
 from typing import NamedTuple
 
 from opensuction.kernel.record import make_zero
-from opensuction.safety.head.advance_bound import AdvanceBound
 from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import InvalidTicks
-from opensuction.safety.tip_bound import TipInterval
+from opensuction.safety.limits import AdvanceBound, TipInterval
 from opensuction.safety.watch.bus_watch import BusWatch
-from opensuction.safety.watch.contact_window import ContactWindow
-from opensuction.safety.watch.line_filter import LineFilter
-from opensuction.safety.watch.tip_force import TipForce
-from opensuction.safety.watch.vacuum_signature import LineWatch
+from opensuction.safety.watch.tip_force import ContactWindow, TipForce
+from opensuction.safety.watch.vacuum_signature import LineFilter, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 
 

@@ -19,19 +19,15 @@ from opensuction.result.calibration_result import (
     ValidationErrors,
 )
 from opensuction.result.identification_result import FittedParameter
-from opensuction.session.calibration import calibration_check
+from opensuction.session.calibration import calibration_run
 from opensuction.session.calibration.calibration_run import Calibrated
-from opensuction.session.cycle import machine_summary
-from opensuction.session.cycle.driving import EVERY
-from opensuction.settings import (
-    calibration_section,
-    identification_file,
-    lines_section,
-    plausibility,
-)
+from opensuction.session.cycle import summary_section
+from opensuction.session.cycle.equipment import EVERY
+from opensuction.settings import calibration_section, identification_file
 from opensuction.settings.calibration_section import (
     Branches,
     CalibratedMachine,
+    Lines,
     Measured,
     Plays,
     Validation,
@@ -45,7 +41,6 @@ from opensuction.settings.identification_file import (
     Quantity,
     Source,
 )
-from opensuction.settings.lines_section import Lines
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.rig import Recording
 
@@ -124,7 +119,7 @@ def _driven(calibrated: Calibrated) -> Lines | None:
     drive = calibrated.drive
     if drive is None or drive.lines is None or drive.lines_model is None:
         return None
-    return lines_section.write(drive.lines, drive.lines_model)
+    return calibration_section.write(drive.lines, drive.lines_model)
 
 
 def _quantity(column: str, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Quantity:
@@ -138,7 +133,7 @@ def confirmed(calibrated: Calibrated, now: datetime) -> Calibrated:
     nominal = calibrated.rig.profile.transmission
     try:
         file = parameter_file(calibrated, now)
-        plausibility.check(
+        calibration_section.check(
             identification_file.to_calibration(file, PARAMETER_FILE), nominal, PARAMETER_FILE
         )
     except InputError as refused:
@@ -164,7 +159,7 @@ def to_result(
         in_silico=True,
         models=_models(calibrated),
         checks=tuple(
-            CheckedBound(*entry, ok=entry.ok, bound=calibration_check.bound(entry))
+            CheckedBound(*entry, ok=entry.ok, bound=calibration_run.bound(entry))
             for entry in calibrated.checks
         ),
         samples=int(calibrated.whole.head_mm.size),
@@ -203,7 +198,7 @@ def _models(calibrated: Calibrated) -> IdentifiedModels | NoModels:
             name: FittedParameter(values[field], unit, None)
             for name, (field, unit) in MODIFIED_DAHL.items()
         },
-        plays=machine_summary.plays(found.plays.model),
+        plays=summary_section.plays(found.plays.model),
         servo=FeedforwardEstimate(*found.servo),
         gap_mm=gap_mm,
         gap_ratio=gap_mm / float(modified_dahl.gap_mm(calibrated.rig.profile.transmission)),

@@ -11,26 +11,24 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.calibration import Calibration
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.kernel.interface import NO_REQUESTS, START, Requests
+from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.teaching import SENTENCES, Taught
-from opensuction.procedure.planning import clinical, teaching_limit
+from opensuction.procedure.planning import clinical, guideline
 from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.guideline import GuidelineCheck
 from opensuction.procedure.planning.protocol import Protocol
-from opensuction.report.moment import Moment
-from opensuction.session.cycle import compensation_choice, driving, fault_choice, preoxygenation
+from opensuction.report.terminal import Moment
+from opensuction.session.cycle import equipment, resolution
 from opensuction.session.cycle.resolution import ResolvedCycle
-from opensuction.simulation import closed_loop, input_log, self_calibration, trace
+from opensuction.simulation import closed_loop, self_calibration, trace
 from opensuction.simulation import rig as rigs
-from opensuction.simulation import teaching as by_hand
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.injection import InjectedRun
-from opensuction.simulation.input_log import InputSpan
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.rig import Identification, Rig
-from opensuction.simulation.trace import Columns, Watcher
+from opensuction.simulation.trace import Columns, InputSpan, Watcher
 from opensuction.twin import bedside
 
 CONTACT_CARINA_MM = 65.0
@@ -73,14 +71,14 @@ def teach(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> float:
 
     A fault may make it too long. Raises InputError where what was taught is not taken.
     """
-    wrong_mm = fault_choice.taught_error_mm(resolved.faults)
+    wrong_mm = resolution.taught_error_mm(resolved.faults)
     if wrong_mm > 0.0:
         wrong_mm += teach(resolved._replace(faults=()), rig, calibration)
-        teaching_limit.check_plausible(rig.site.age, wrong_mm, "the taught length")
+        guideline.check_plausible(rig.site.age, wrong_mm, "the taught length")
         return wrong_mm
     if resolved.choice.taught_mm is not None:
         return resolved.choice.taught_mm
-    found = by_hand.teach(rig, calibration)
+    found = self_calibration.teach(rig, calibration)
     if found.taught != Taught.TAKEN:
         raise InputError(
             f"the travel length could not be taught: {SENTENCES[found.taught]}; give it with "
@@ -139,9 +137,7 @@ def prepare(
         rig = rigs.with_carina(rig, CONTACT_CARINA_MM)
     calibration = rigs.uncalibrated(rig.profile)
     if resolved.parameter_file is not None:
-        calibration = compensation_choice.calibration(
-            resolved.parameter_file, choice.compensation, rig.kind
-        )
+        calibration = equipment.calibration(resolved.parameter_file, choice.compensation, rig.kind)
     _refuse_early(resolved, rig, calibration)
     tell(f"{what} on the digital twin: {resolved.chosen}")
     identification, taught_mm, known = None, None, calibration
@@ -153,7 +149,7 @@ def prepare(
         known = identification.calibration
         if kind == CompensationKind.MODEL_PREVIEW:
             tell("Holding every model of plays against the others, on strokes left out in turn")
-            known = driving.with_lines(rig, known)
+            known = equipment.with_lines(rig, known)
     if at_patient:
         taught_mm = teach(resolved, rig, known)
         rig = with_depth(rig, taught_mm)
@@ -181,7 +177,7 @@ def oxygenate(prepared: Prepared) -> Prepared:
     A prepared cycle that is played without is one that was skipped.
     """
     chosen = prepared.resolved.choice.preoxygenation
-    loop, start = preoxygenation.give(prepared.loop, prepared.start, chosen)
+    loop, start = resolution.give(prepared.loop, prepared.start, chosen)
     return prepared._replace(loop=loop, start=start._replace(tick=0))
 
 
@@ -222,7 +218,7 @@ def run(
         ticks=columns["time_s"].size,
         tick=state.tick,
         requests=requests,
-        set_by=input_log.BEGUN,
+        set_by=trace.BEGUN,
         state=state.controller,
     )
     return InjectedRun(after, columns, (), columns, spans=(span,))

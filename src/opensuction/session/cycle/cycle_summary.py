@@ -8,10 +8,8 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.kernel import arithmetic_fingerprint
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import ORDER, CheckItem
+from opensuction.kernel.vocabulary import AgeGroup, Phase, name_of
+from opensuction.procedure.cycle.check import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.result.cycle_result import (
@@ -36,22 +34,14 @@ from opensuction.result.cycle_result import (
     VitalSigns,
 )
 from opensuction.result.plain import measured
-from opensuction.safety import patient_limit
-from opensuction.safety.alarm.alarm_episode import Episode
+from opensuction.safety.alarm.alarm_log import Episode
 from opensuction.safety.condition import Condition, row_of
-from opensuction.session.cycle import (
-    cycle_run,
-    cycle_warning,
-    dwell_summary,
-    machine_summary,
-    preoxygenation,
-    vital_sign,
-)
+from opensuction.safety.limits import limits_of
+from opensuction.session.cycle import cycle_run, resolution, summary_section
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import trace
-from opensuction.simulation.annunciation import Annunciation
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.outcome import Abort, Outcome, TripTime
+from opensuction.simulation.outcome import Abort, Annunciation, Outcome, TripTime
 from opensuction.simulation.trace import Columns
 
 IN_AIRWAY_GUIDELINE_S = {AgeGroup.ADULT: 15.0}
@@ -92,7 +82,7 @@ def _timing(prepared: Prepared, result: Outcome, columns: Columns) -> TimingResu
         guideline_s=GUIDELINES[age].negative_pressure_s,
         in_airway_guideline_s=IN_AIRWAY_GUIDELINE_S.get(age) if _has_patient(prepared) else None,
         followed_s=columns["time_s"].size * DT_S,
-        **dwell_summary.of_cycle(prepared, columns)._asdict(),
+        **summary_section.of_cycle(prepared, columns)._asdict(),
     )
 
 
@@ -115,8 +105,8 @@ def _vitals(prepared: Prepared, columns: Columns) -> VitalSigns | None:
     if not _has_patient(prepared):
         return None
     site = prepared.rig.site
-    limits = patient_limit.limits_of(site.age, site.peep_cmh2o, site.monitored)
-    return vital_sign.vital_signs(columns, limits, prepared.rig.machine.patient.weight_kg)
+    limits = limits_of(site.age, site.peep_cmh2o, site.monitored)
+    return summary_section.vital_signs(columns, limits, prepared.rig.machine.patient.weight_kg)
 
 
 def phases(columns: Columns) -> tuple[PhaseTime, ...]:
@@ -221,18 +211,18 @@ def _simulated(
         prepared.rig.kind,
     )
     return SimulatedPart(
-        conduit=machine_summary.conduit_name(kind.catheter, kind.conduit),
+        conduit=summary_section.conduit_name(kind.catheter, kind.conduit),
         spread=equipment.spread,
         gap_scale=choice.gap_scale,
         tip_shift_mm=choice.tip_shift_mm,
         taught_mm=prepared.taught_mm,
-        teaching=machine_summary.teaching(prepared),
+        teaching=summary_section.teaching(prepared),
         told=told(result.told),
         broken_bounds=tuple(BrokenBound(*one) for one in result.harm),
         checks=tuple(
             PlannedCheck(**one._asdict(), ok=one.ok) for one in cycle_run.checks(prepared)
         ),
-        identification=machine_summary.identification(prepared),
+        identification=summary_section.identification(prepared),
         wall_s=None,
         realtime_factor=None,
         faults=faults,
@@ -255,7 +245,7 @@ def summary(
         approach=choice.approach,
         compensation=choice.compensation,
         patient=equipment.patient_name,
-        catheter=machine_summary.catheter_name(prepared.rig.kind.catheter),
+        catheter=summary_section.catheter_name(prepared.rig.kind.catheter),
         seed=equipment.seed,
         phases=phases(columns),
         tip=_tip(result),
@@ -267,13 +257,13 @@ def summary(
         lung_volume_loss_ml=result.exposure.lung_volume_loss_ml,
         airway_pressure_least_cmh2o=result.exposure.airway_pressure_least_cmh2o,
         vitals=_vitals(prepared, columns),
-        preoxygenation=preoxygenation.on_record(columns),
+        preoxygenation=resolution.on_record(columns),
         check=check(columns),
         abort=abort(result.abort, columns),
         trips=trips(result.trips),
         alarms=alarms(result.alarms),
         harm=tuple(one.name for one in result.harm),
-        warnings=tuple(cycle_warning.warnings(prepared, result)),
+        warnings=tuple(summary_section.warnings(prepared, result)),
         anatomy=Anatomy(
             tube_end_mm=0.0,
             patient_boundary_mm=prepared.rig.site.boundary_mm,

@@ -3,11 +3,11 @@
 import math
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
-from opensuction.procedure.cycle import refusal
-from opensuction.procedure.cycle.check_item import CheckItem
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle import lock_out
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.transition import Event
 from opensuction.result.cycle_result import FaultNotice, FaultRecord
 from opensuction.safety.condition import Condition
@@ -17,8 +17,7 @@ from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import RESTARTING
-from opensuction.simulation.injection.first_sign import Detector, FirstSign
-from opensuction.simulation.injection.injection import Injected, InjectedRun
+from opensuction.simulation.injection.injection import Detector, FirstSign, Injected, InjectedRun
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -74,7 +73,7 @@ def _sentence(notice: FirstSign, columns: Columns) -> str:
     if notice.detector == Detector.CHECK:
         return f"the pre-use test failed: {CheckItem(notice.code).failure}"
     if notice.detector == Detector.REFUSAL:
-        return f"the start was refused: {refusal.SENTENCES[Refusal(notice.code)]}"
+        return f"the start was refused: {lock_out.SENTENCES[Refusal(notice.code)]}"
     if notice.detector == Detector.DRIVE:
         return UNAIDED[Condition(notice.code)]
     before = max(round(notice.time_s / DT_S) - 1, 0)

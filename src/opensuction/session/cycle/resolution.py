@@ -1,27 +1,167 @@
-"""Resolution of the choices for a cycle: protocol, machine, patient, compensation, faults."""
+"""Resolution of the choices for a cycle: protocol, machine, patient, compensation, faults.
 
+Faults that a person chose: ``NAME[@S][=STRENGTH]``, and set-ups that are wrong on purpose.
+
+Pre-oxygenation on the twin: 100 % oxygen from the ventilator, and the answer at the machine.
+
+The oxygen stays on for the pass and for what is followed of the patient after it, as the function
+of a ventilator does; a lung that collapses behind it (absorption) is not modelled.
+"""
+
+import math
+import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.planning import pass_rule, teaching_limit
+from opensuction.kernel.interface import OXYGEN_SKIPPED, OXYGENATED, Requests
+from opensuction.kernel.vocabulary import CYCLE, Phase, name_of
+from opensuction.procedure.cycle import interlocks
+from opensuction.procedure.cycle.schedule import PassRule, Preoxygenation
+from opensuction.procedure.planning import guideline
 from opensuction.procedure.planning.clinical import ADULT, TEMPLATES, Template
 from opensuction.procedure.planning.protocol import PROTOCOLS, Protocol
-from opensuction.session.choice import CycleChoice
-from opensuction.session.cycle import (
-    compensation_choice,
-    equipment,
-    fault_choice,
-    preoxygenation,
-)
+from opensuction.result.cycle_result import OxygenRecord
+from opensuction.session.choice import LISTED, CycleChoice
+from opensuction.session.cycle import equipment
 from opensuction.session.cycle.equipment import Equipment
-from opensuction.settings.choice import choose
 from opensuction.settings.identification_file import Identified
 from opensuction.settings.toml_file import load_toml
-from opensuction.settings.validation import validate
-from opensuction.simulation.injection.fault_instant import Injection
-from opensuction.twin.fault.fault import Fault
+from opensuction.settings.validation import choose, validate
+from opensuction.settings.wording import one_line, show
+from opensuction.simulation import closed_loop, trace
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.injection import injection
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
+from opensuction.simulation.trace import Columns
+from opensuction.twin import preset
+from opensuction.twin.fault.fault import BY_NAME, Fault
+from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.machine.catheter import CATHETERS
 from opensuction.twin.patient.patient_kind import PatientKind
+
+GIVEN_S = 60.0
+"""How long it is given before the start: 30 to 60 s are usual, and after 30 s saturation falls
+further than after a minute or two [K]."""
+FULL_RATIO = 1.0
+ANSWERS: dict[str, Requests] = {"confirmed": OXYGENATED, "skipped": OXYGEN_SKIPPED}
+"""What a person may answer, by the name that the command line takes."""
+USUAL = "confirmed"
+"""Where guidelines ask for it and nobody has said anything."""
+
+
+def check(chosen: str | None, rule: PassRule) -> None:
+    """Refuse an answer where nobody is asked; raises InputError."""
+    if chosen is not None and not rule.asks_for_oxygen:
+        raise InputError(
+            f"--preoxygenation {chosen}: nobody asks for it on the bench or with a neonate, who "
+            "gets no 100 % oxygen: leave it out"
+        )
+
+
+def lead_s(loop: Loop, chosen: str | None) -> float:
+    """Time before its start at which a cycle's preparation begins, in s."""
+    return GIVEN_S if _is_given(loop, chosen) else 0.0
+
+
+def _is_given(loop: Loop, chosen: str | None) -> bool:
+    return loop.controller.service.passes.asks_for_oxygen and (chosen or USUAL) == USUAL
+
+
+def pass_idle_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
+    """Patient and controller's clocks after a time in which the machine is parked."""
+    before = state.tick
+    state = closed_loop.pass_time(loop, state, duration_s)
+    core = state.controller.core
+    kept = interlocks.pass_idle_time(core.upkeep, (state.tick - before) * DT_S)
+    decided = state.controller._replace(core=core._replace(upkeep=kept))
+    return state._replace(controller=decided)
+
+
+def give(loop: Loop, state: LoopState, chosen: str | None) -> tuple[Loop, LoopState]:
+    """The loop for the next cycle, and its state once the machine has its answer.
+
+    chosen: a name of `ANSWERS`; None is the usual one. Nothing changes where nobody is asked.
+    """
+    if not loop.controller.service.passes.asks_for_oxygen:
+        return loop, state
+    if _is_given(loop, chosen):
+        loop = loop._replace(machine=preset.ventilate(loop.machine, FULL_RATIO))
+        state = pass_idle_time(loop, state, GIVEN_S)
+    return loop, closed_loop.run(loop, state, ANSWERS[chosen or USUAL], trace.rows(DT_S))[0]
+
+
+def on_record(columns: Columns) -> OxygenRecord:
+    """Pre-oxygenation of the first cycle of a trace, as it is on record."""
+    codes, testing = columns["counters.preoxygenation"], columns["phase"] == Phase.CHECKING
+    code = codes[testing][0] if testing.any() else codes[-1]
+    state = Preoxygenation(int(code))
+    return OxygenRecord(required=state != Preoxygenation.NOT_REQUIRED, state=name_of(state))
+
+
+FORM = "NAME[@S][=STRENGTH], S in seconds after the start or PHASE+S"
+_PARTS = re.compile(r"(?P<name>[^@=]*)(?:@(?P<at>[^@=]*))?(?:=(?P<strength>[^@=]*))?")
+PHASES = {phase.name.lower(): phase for phase in (*CYCLE, Phase.ABORTING, Phase.HALTED)}
+"""Phases that a cycle can have once it has begun, by name."""
+WIDEST = max(CATHETERS, key=lambda name: CATHETERS[name].outer_mm)
+
+
+def _number(text: str, what: str, whole: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(
+            one_line(f"--fault {show(whole)}: {what} {show(text)} is not a number; give {FORM}")
+        )
+    return value
+
+
+def _instant(text: str, whole: str) -> FaultInstant:
+    """The instant after the ``@``."""
+    name, plus, after = text.partition("+")
+    if not name or not name[0].isalpha():
+        return FaultInstant(None, _number(text, "the instant", whole))
+    spelled = name.replace("-", "_")
+    phase = choose(spelled if spelled in PHASES else name, PHASES, "phase of a fault")
+    return FaultInstant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
+
+
+def parse(text: str) -> Injection:
+    """The fault that a person wrote; raises InputError for what cannot be meant."""
+    parts = _PARTS.fullmatch(text)
+    if parts is None:
+        raise InputError(one_line(f"--fault {show(text)}: should be {FORM}"))
+    fault = choose(parts["name"], BY_NAME, "fault", LISTED)
+    strength = ROWS[fault].default_strength
+    if parts["strength"] is not None:
+        strength = _number(parts["strength"], "the strength", text)
+    at = AT_START if parts["at"] is None else _instant(parts["at"], text)
+    return Injection(fault, at, strength)
+
+
+def resolve_faults(texts: Sequence[str], approach: str) -> tuple[Injection, ...]:
+    """Faults for a cycle or a day of them; raises InputError for what cannot happen in it.
+
+    Whether an instant in seconds is within what is played is not looked at.
+    """
+    faults = tuple(parse(text) for text in texts)
+    injection.check_faults(faults)
+    for one in faults:
+        if one.at.phase == Phase.BACKING_OFF and approach == "travel":
+            raise InputError(
+                f"fault '{one.fault.title}' at {one.at.title}: approach '{approach}' has no phase "
+                "backing_off; use --approach contact or another phase"
+            )
+    return faults
+
+
+def taught_error_mm(faults: Sequence[Injection]) -> float:
+    """By how much the way to the carina is taught too long."""
+    return sum(one.strength for one in faults if one.fault == Fault.TAUGHT_TOO_DEEP)
+
 
 APPROACHES = {"travel": False, "contact": True}
 """Ways to find the stopping point, and whether it is the contact switch that does."""
@@ -92,7 +232,7 @@ def _is_for_bench(protocol: Protocol | Template | None) -> bool:
 
 def resolve(choice: CycleChoice) -> ResolvedCycle:
     """Find what was chosen; raises InputError for bad names and files and for what does not fit."""
-    faults = fault_choice.resolve(choice.faults, choice.approach)
+    faults = resolve_faults(choice.faults, choice.approach)
     resolved = _resolve(choice, faults)
     changed = _set_up(choice, faults)
     return resolved if changed == choice else _resolve(changed, faults)
@@ -104,7 +244,7 @@ def _set_up(choice: CycleChoice, faults: tuple[Injection, ...]) -> CycleChoice:
         if fault == Fault.WRONG_PRESET:
             choice = choice._replace(rig=choice.rig._replace(patient="neonate"), protocol="adult")
         elif fault == Fault.CATHETER_TOO_WIDE:
-            choice = choice._replace(rig=choice.rig._replace(catheter=fault_choice.WIDEST))
+            choice = choice._replace(rig=choice.rig._replace(catheter=WIDEST))
     return choice
 
 
@@ -114,7 +254,7 @@ def _resolve(choice: CycleChoice, faults: tuple[Injection, ...]) -> ResolvedCycl
     usual_machine = "bench" if _is_for_bench(named) else "clinical"
     found = equipment.resolve(choice.rig, usual_machine)
     name = choice.protocol or _usual_protocol(found.patient)
-    kind, file = compensation_choice.resolve(choice.compensation)
+    kind, file = equipment.resolve_compensation(choice.compensation)
     resolved = ResolvedCycle(
         choice=choice,
         equipment=found,
@@ -146,14 +286,14 @@ def _check(resolved: ResolvedCycle) -> None:
     if person is not None:
         # What a hand would teach of such a carina is not taken either.
         carina_mm = person.table["carina_mm"].value
-        teaching_limit.check_plausible(person.age, carina_mm, "carina_mm")
+        guideline.check_plausible(person.age, carina_mm, "carina_mm")
     if taught_mm is not None and person is None:
         raise InputError(
             f"--taught {taught_mm:g} mm would do nothing: protocol '{name}' names its own "
             "travel_mm, and the bench has no patient whose depth it is held against"
         )
     if taught_mm is not None and person is not None:
-        teaching_limit.check_plausible(person.age, taught_mm, "--taught")
+        guideline.check_plausible(person.age, taught_mm, "--taught")
     _check_oxygen(resolved)
     least, most = GAP_SCALES
     if not least <= resolved.choice.gap_scale <= most:
@@ -170,6 +310,6 @@ def _check_oxygen(resolved: ResolvedCycle) -> None:
     """Refuse an answer that is none, or that nobody asks for; raises InputError."""
     chosen, person = resolved.choice.preoxygenation, resolved.equipment.patient
     if chosen is not None:
-        choose(chosen, preoxygenation.ANSWERS, "answer about pre-oxygenation")
-    rule = pass_rule.BENCH if person is None else pass_rule.RULES[person.age]
-    preoxygenation.check(chosen, rule)
+        choose(chosen, ANSWERS, "answer about pre-oxygenation")
+    rule = guideline.BENCH if person is None else guideline.RULES[person.age]
+    check(chosen, rule)

@@ -7,7 +7,7 @@ what they hold for, or one that the protocol cannot be done with, lets no furthe
 import math
 from typing import NamedTuple
 
-from opensuction.controller import adaptation, setup
+from opensuction.controller import calibration, setup
 from opensuction.controller.calibration import Calibration
 from opensuction.controller.record import Settings
 from opensuction.hysteresis import prandtl_ishlinskii
@@ -16,8 +16,7 @@ from opensuction.identification.estimator.adaptation import (
     branch_scales,
     unchanged,
 )
-from opensuction.identification.estimator.gap_scale import TRUSTED
-from opensuction.identification.estimator.mouth_passage import Shift
+from opensuction.identification.estimator.gap_measurement import TRUSTED, Shift
 from opensuction.kernel.errors import InputError
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle.cycle_run import Prepared
@@ -51,7 +50,7 @@ def learned(learning: Learning, prepared: Prepared, columns: Columns) -> Learnin
     # The governor's limit of the pressure at the connector: no ventilator's breath goes there.
     cough_cmh2o = learning.settings.limits.patient.airway_most_cmh2o
     seen = self_calibration.seen(profile, kind, learning.identified, mouth_mm, columns, cough_cmh2o)
-    change = adaptation.learn(learning.identified, learning.change, seen)
+    change = calibration.learn(learning.identified, learning.change, seen)
     gap_mm = prandtl_ishlinskii.gap_mm(learning.identified.plays)
     refusal = None if change.in_range else out_of_range(change, gap_mm)
     return learning._replace(change=change, refusal=refusal)
@@ -89,7 +88,7 @@ def _replanned(
     learning: Learning, prepared: Prepared, shift: Shift
 ) -> tuple[Settings, Calibration]:
     """Settings that go by a shift, and its calibration; InputError where it cannot be done."""
-    rig, used = prepared.rig, adaptation.adapted(learning.identified, shift)
+    rig, used = prepared.rig, calibration.adapted(learning.identified, shift)
     planned = self_calibration.replanned(
         rig.profile,
         prepared.protocol,

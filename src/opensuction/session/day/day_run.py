@@ -1,10 +1,14 @@
 """A day of cycles on one patient: the controller's own clock starts them, secretions gather.
 
 Between cycles the machine is parked: the patient breathes on and the controller's clocks run, but
-its ticks are not played (`simulation.idle_time`). Before each cycle a person comes
+its ticks are not played (`simulation.closed_loop`). Before each cycle a person comes
 (`simulated_caregiver`): gives oxygen where it is asked for, looks at the patient after as many
 passes as may follow each other, changes a catheter whose 24 h would end. With self-calibration each
 cycle shows how wide the gap is and where the tip lies, and the next cycle compensates that.
+
+The patient over a day: secretions, saturation and volume lost, sampled as time passes.
+
+Actions of a person between the cycles of a day: assessment, a new catheter, oxygen.
 """
 
 from collections.abc import Callable
@@ -14,24 +18,119 @@ import numpy as np
 
 from opensuction.controller import setup
 from opensuction.identification.estimator.adaptation import AdaptationChange
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.procedure.cycle import schedule
+from opensuction.kernel.interface import (
+    ASSESSED,
+    CHANGED,
+    NO_REQUESTS,
+    RETURN_TO_SERVICE,
+    SERVICE,
+    START,
+    Requests,
+)
+from opensuction.kernel.vocabulary import Phase
+from opensuction.procedure.cycle import interlocks, schedule
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.result.cycle_result import FaultRecord
 from opensuction.result.day_result import DaySamples
 from opensuction.session.choice import DayChoice
-from opensuction.session.cycle import cycle_run, preoxygenation
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import day_calibration, diary, simulated_caregiver
+from opensuction.session.day import day_calibration
 from opensuction.session.day.day_fault import FaultyDay
-from opensuction.session.day.diary import Sample
-from opensuction.session.day.simulated_caregiver import Attended
-from opensuction.simulation import idle_time
-from opensuction.simulation.closed_loop import LoopState
+from opensuction.simulation import closed_loop, trace
+from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
+from opensuction.twin import bedside
+
+WORN = (Refusal.CATHETER_LIFE_OVER, Refusal.CATHETER_LIFE_ENDS)
+
+
+class Attended(NamedTuple):
+    """A machine that somebody has been at, about to begin a cycle."""
+
+    ready: Prepared
+    """For this cycle: with the oxygen on that was given for it."""
+    catheter_changed: bool
+    assessed: bool
+    """The person looked at the patient, for as many passes as may follow each other were made."""
+
+
+def _press(prepared: Prepared, state: LoopState, requests: Requests) -> LoopState:
+    """One tick in which somebody presses a button."""
+    return closed_loop.run(prepared.loop, state, requests, trace.rows(DT_S))[0]
+
+
+def _is_worn(prepared: Prepared, state: LoopState) -> bool:
+    settings = prepared.loop.controller
+    refusal = interlocks.refusal(
+        settings.service,
+        state.controller.core.upkeep,
+        Phase.PARKED.value,
+        settings.plan.travel_known,
+        state.controller.core.governor.patient.conditions,
+    )
+    return refusal in WORN
+
+
+def _renew(prepared: Prepared, state: LoopState) -> LoopState:
+    """The loop after a person has put a new catheter in; the old one's mucus goes with it."""
+    for requests in (SERVICE, CHANGED, RETURN_TO_SERVICE):
+        state = _press(prepared, state, requests)
+    bore = state.machine.bore._replace(mucus_ml=0.0, tail_ml=0.0, front_ml=0.0)
+    return state._replace(machine=state.machine._replace(bore=bore))
+
+
+def lead_s(prepared: Prepared) -> float:
+    """Time before a cycle at which the person comes, in s."""
+    return resolution.lead_s(prepared.loop, prepared.resolved.choice.preoxygenation)
+
+
+def attend(prepared: Prepared, state: LoopState) -> Attended:
+    """Somebody comes before a cycle and does what it needs."""
+    rule = prepared.loop.controller.service.passes
+    assessed = bool(schedule.is_exhausted(rule, state.controller.core.upkeep.episode))
+    if assessed:
+        state = _press(prepared, state, ASSESSED)
+    worn = _is_worn(prepared, state)
+    if worn:
+        state = _renew(prepared, state)
+    chosen = prepared.resolved.choice.preoxygenation
+    loop, state = resolution.give(prepared.loop, state, chosen)
+    return Attended(prepared._replace(loop=loop, start=state), worn, assessed)
+
+
+Sample = tuple[float, float, float, float]
+"""One row of `DaySamples`."""
+
+
+def sum_secretion_ml(state: LoopState) -> float:
+    """Secretions in the airway, in mL; those that suction cannot reach are among them."""
+    return bedside.sum_secretion_ml(state.bedside)
+
+
+def look_at(state: LoopState) -> Sample:
+    """The patient as it is now."""
+    signs = state.machine.coupling.signs
+    seen = signs.spo2_percent, signs.lung_volume_loss_ml
+    return state.tick * DT_S, sum_secretion_ml(state), *seen
+
+
+def look_back(state: LoopState, columns: Columns) -> list[Sample]:
+    """The patient during a cycle, once a second, and as it is after it."""
+    removed = columns["truth.secretion_removed_ml"]
+    after_ml = sum_secretion_ml(state)
+    seen = (
+        columns["time_s"],
+        after_ml + (removed[-1] - removed),
+        columns["truth.spo2_percent"],
+        columns["truth.lung_volume_loss_ml"],
+    )
+    every = np.column_stack([values[:: round(1.0 / DT_S)] for values in seen])
+    return [*map(tuple, every.tolist()), look_at(state)]
+
 
 SAMPLE_S = 60.0
 """Patient and secretions are looked at this often between cycles."""
@@ -94,10 +193,10 @@ def _waited(
     while True:
         left_s = until_s - state.controller.core.upkeep.schedule.since_cycle_s
         span_s = min(SAMPLE_S, left_s)
-        if span_s < idle_time.STEP_S:
+        if span_s < closed_loop.STEP_S:
             return state
-        state = preoxygenation.pass_idle_time(prepared.loop, state, span_s)
-        samples.append(diary.look_at(state))
+        state = resolution.pass_idle_time(prepared.loop, state, span_s)
+        samples.append(look_at(state))
 
 
 def play(
@@ -113,9 +212,9 @@ def play(
     """
     prepared = _set_schedule(prepared, asked.every_s)
     # The day begins with the first cycle, for which somebody has just given oxygen.
-    attended = simulated_caregiver.attend(prepared, prepared.start)
+    attended = attend(prepared, prepared.start)
     state = attended.ready.start._replace(tick=0)
-    began_ml = diary.sum_secretion_ml(state)
+    began_ml = sum_secretion_ml(state)
     samples: list[Sample] = []
     cycles: list[DayCycle] = []
     learning = day_calibration.begun(prepared) if asked.self_calibrates else None
@@ -169,8 +268,8 @@ def _await_person(
     prepared: Prepared, asked: DayChoice, state: LoopState, samples: list[Sample]
 ) -> Attended:
     """The machine parked until somebody comes before the next cycle, and what that person does."""
-    comes_s = asked.every_s - WAKE_S - simulated_caregiver.lead_s(prepared)
-    return simulated_caregiver.attend(prepared, _waited(prepared, state, comes_s, samples))
+    comes_s = asked.every_s - WAKE_S - lead_s(prepared)
+    return attend(prepared, _waited(prepared, state, comes_s, samples))
 
 
 def _play_cycle(
@@ -185,7 +284,7 @@ def _play_cycle(
     by_hand = attended.catheter_changed or number == 1
     ready = attended.ready._replace(start=state)
     ran = _played(ready, faulty, state, START if by_hand else NO_REQUESTS)
-    samples += diary.look_back(ran.state, ran.columns)
+    samples += look_back(ran.state, ran.columns)
     columns = _from_its_start(ran.columns)
     done = _cycle(attended, ready, ran.state, columns, number)
     return _PlayedCycle(done, ready, ran.state, columns, ran)
@@ -201,7 +300,7 @@ def _sum_up(
     faulty: FaultyDay | None,
 ) -> Day:
     """The day, after its last cycle. began_ml: secretions in the trachea when it began."""
-    left_ml = diary.sum_secretion_ml(last.state)
+    left_ml = sum_secretion_ml(last.state)
     coughed_ml = last.state.bedside.store.expelled_ml
     removed_ml = sum(cycle.outcome.removed_ml for cycle in cycles)
     return Day(
@@ -256,11 +355,11 @@ def _cycle(
         number=number,
         start_s=start_s,
         outcome=cycle_run.figures(prepared, columns),
-        secretion_before_ml=diary.sum_secretion_ml(prepared.start),
+        secretion_before_ml=sum_secretion_ml(prepared.start),
         bore_ml=state.machine.bore.mucus_ml,
         catheter_age_s=state.controller.core.upkeep.catheter_age_s,
         catheter_changed=attended.catheter_changed,
         assessed=attended.assessed,
-        preoxygenation=preoxygenation.on_record(columns).state,
+        preoxygenation=resolution.on_record(columns).state,
         learned=None,
     )

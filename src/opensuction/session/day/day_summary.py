@@ -1,7 +1,11 @@
-"""Result of a day of cycles, and what self-calibration found in it, in words."""
+"""Result of a day of cycles, and what self-calibration found in it, in words.
+
+The report of each cycle of a day, made when it is over: its trace is too large to be kept.
+"""
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,21 +15,59 @@ from opensuction.identification.estimator.adaptation import (
     Finding,
     Spoilt,
 )
-from opensuction.identification.estimator.mouth_passage import SENTENCES, Missed
-from opensuction.kernel.constant import HOUR_S
-from opensuction.kernel.name import name_of
+from opensuction.identification.estimator.gap_measurement import SENTENCES, Missed
+from opensuction.kernel.unit import HOUR_S
+from opensuction.kernel.vocabulary import name_of
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
+from opensuction.report import headline
+from opensuction.report.cycle import page
+from opensuction.report.figure import FigureVerdict
 from opensuction.report.wording import capitalise
 from opensuction.result.cycle_result import AlarmRecord
 from opensuction.result.day_result import CycleNews, DayCycleResult, DayResult, GapResult
 from opensuction.result.plain import measured
-from opensuction.safety.alarm.alarm_episode import Episode
+from opensuction.safety.alarm.alarm_log import Episode
 from opensuction.safety.condition import Condition
-from opensuction.session.cycle import cycle_summary
-from opensuction.session.day import cycle_report, day_calibration
-from opensuction.session.day.cycle_report import CycleReport
+from opensuction.session.cycle import cycle_summary, summary_section
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.day import day_calibration
 from opensuction.session.day.day_run import Day, DayCycle
+from opensuction.simulation.trace import Columns
+
+MOST_PAGES = 48
+"""Of a longer day only the cycles that need a look have a page beyond these: 150 kB each."""
+
+
+class CycleReport(NamedTuple):
+    """Report of one cycle of a day."""
+
+    file: str
+    """Name of its page; empty where it has none."""
+    html: str
+    first: headline.Headline
+    """What a person must know of it."""
+
+
+def make(number: int, prepared: Prepared, columns: Columns) -> CycleReport:
+    """The report of one cycle. number: its place in the day, from 1. columns: from its start."""
+    data = cycle_summary.summary(prepared, columns)
+    first = headline.headline(data)
+    if number > MOST_PAGES and first.verdict is FigureVerdict.GOOD:
+        return CycleReport("", "", first)
+    html = page.render(data, columns, summary_section.sections(prepared), is_one_of_many=True)
+    return CycleReport(f"cycle-{number:03d}.html", html, first)
+
+
+def cycle_news(report: CycleReport) -> CycleNews:
+    """First thing to know of a cycle, for its row in the day's result."""
+    return CycleNews(report.first.text, report.first.verdict.value, report.file or None)
+
+
+def list_pages(reports: list[CycleReport]) -> dict[str, str]:
+    """Pages by the names of their files."""
+    return {report.file: report.html for report in reports if report.file}
+
 
 MINUTE_S = 60.0
 CONDITION = Condition.CALIBRATION_OUT_OF_RANGE
@@ -90,7 +132,7 @@ def notes(day: Day) -> list[str]:
 
 def summary(day: Day, reports: Sequence[CycleReport] = ()) -> DayResult:
     """Everything about a day. reports: of its cycles, where they were made."""
-    news: list[CycleNews | None] = [cycle_report.news(report) for report in reports]
+    news: list[CycleNews | None] = [cycle_news(report) for report in reports]
     found = DayResult(
         repeat=day.asked.repeat,
         every_min=day.asked.every_min or math.nan,

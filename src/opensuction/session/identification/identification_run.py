@@ -10,24 +10,22 @@ import numpy as np
 
 from opensuction.identification import workbench
 from opensuction.identification.checked_recording import check_holdout
-from opensuction.identification.judgement.coupling import MOST_COLUMNS
 from opensuction.identification.judgement.diagnosis import (
     REVERSED_CORRELATION,
     UNKNOWN_UNITS,
     Labels,
 )
+from opensuction.identification.judgement.fitted_range import MOST_COLUMNS
 from opensuction.identification.judgement.recommendation import PURPOSES, Aim
-from opensuction.identification.method import COUPLED, METHODS, MODELS
-from opensuction.identification.workbench import FittedModel, Progress
+from opensuction.identification.workbench import COUPLED, METHODS, MODELS, FittedModel, Progress
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.recording import pair as recorded
-from opensuction.recording import standard_input, table
+from opensuction.recording import array_column, table
+from opensuction.recording.array_column import Pair
 from opensuction.recording.column_unit import find_unit, seconds_of_column, unit_of_column
-from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
-from opensuction.settings.choice import choose
+from opensuction.settings.validation import choose
 from opensuction.settings.wording import name_source, refuse
 
 MOST_FITS, REPEATED_S, TIMED_S = 20, 0.1, 0.25
@@ -114,11 +112,11 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
     no numbers, a time that does not rise, and records that cannot show how one follows the other.
     """
     check(choice, model, method)
-    if choice.file != standard_input.DASH:
+    if choice.file != table.DASH:
         return _load(choice, model, method)
-    with standard_input.spool() as file:
+    with table.spool() as file:
         loaded = _load(choice._replace(file=file), model, method)
-    return loaded._replace(choice=choice._replace(file=Path(standard_input.NAME)))
+    return loaded._replace(choice=choice._replace(file=Path(table.NAME)))
 
 
 def _load(choice: RecordingChoice, model: str | None, method: str | None) -> LoadedRecording:
@@ -188,16 +186,16 @@ def arrange(
     with name_source(choice.file):
         if choice.time is not None:
             time_s = columns[choice.time] * seconds_of_column(choice.time, choice.time_unit)
-            recorded.check_time(choice.time, time_s)
-            notes = recorded.find_idle_ends(time_s, choice.from_s, choice.to_s)
+            array_column.check_time(choice.time, time_s)
+            notes = array_column.find_idle_ends(time_s, choice.from_s, choice.to_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
         driven, *others = (columns[name] for name in choice.input)
         beside = read_beside()
         pair = Pair(driven, answer, time_s, (*others, *beside.values()))
-        pair = recorded.cut(pair, choice.from_s, choice.to_s)
+        pair = array_column.cut(pair, choice.from_s, choice.to_s)
         rest = dict(zip(beside, pair.others[len(others) :], strict=True))
         pair = pair._replace(others=pair.others[: len(others)])
-        recorded.check(pair, choice.input[0], choice.output, choice.input[1:])
+        array_column.check(pair, choice.input[0], choice.output, choice.input[1:])
     return loaded._replace(pair=pair, beside=rest, notes=notes)
 
 

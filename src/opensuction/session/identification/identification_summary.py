@@ -9,11 +9,9 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.identification.estimator import modified_dahl
-from opensuction.identification.judgement.candidate import Estimate
+from opensuction.identification.judgement.candidate import Driven, Estimate
 from opensuction.identification.judgement.diagnosis import UNKNOWN_UNITS
-from opensuction.identification.judgement.driven import Driven
-from opensuction.identification.method import METHODS, MODELS
-from opensuction.identification.workbench import FittedModel
+from opensuction.identification.workbench import METHODS, MODELS, FittedModel
 from opensuction.kernel.errors import InputError
 from opensuction.result.identification_result import (
     ComparisonResult,
@@ -28,7 +26,7 @@ from opensuction.result.identification_result import (
 from opensuction.result.plain import measured
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import LoadedRecording
-from opensuction.settings import lines_section, model_structure
+from opensuction.settings import calibration_section, model_structure
 from opensuction.settings.identification_file import (
     COMPENSATOR_OF_MODEL,
     FORMAT_VERSION,
@@ -211,7 +209,9 @@ def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datet
         },
         servo=None,
         structure=_structure(loaded, result),
-        driven=None if driven.lines is None else lines_section.write(driven.lines, result.model),
+        driven=None
+        if driven.lines is None
+        else calibration_section.write(driven.lines, result.model),
         nominal=nominal,
     )
 

@@ -3,8 +3,11 @@
 The inputs are those of the run; so are the outputs that its trace has. The state after each tick
 comes from the controller, fed once more with these inputs by the call that the real-time loop uses:
 a trace with some 200 columns more would cost every run of the simulation.
+
+Events of a simulated run for its recording.
 """
 
+from collections.abc import Iterator
 from io import BytesIO
 from typing import NamedTuple
 
@@ -18,20 +21,99 @@ from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS,
 from opensuction.controller.record import State
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.codegen import plain_row
-from opensuction.kernel.commands import Commands
-from opensuction.recording.cycle_file import tick_table
-from opensuction.recording.cycle_file.heading import NOTICE, Heading
-from opensuction.recording.cycle_file.row_schema import SchemaColumn
-from opensuction.recording.cycle_file.tick_table import INPUT_PART, OUTPUT_PART, STATE_PART, TICKS
+from opensuction.kernel.interface import Commands, Requests
+from opensuction.kernel.vocabulary import Phase, name_of
+from opensuction.procedure.cycle.transition import Event as Transition
+from opensuction.recording.cycle_file import row_schema
+from opensuction.recording.cycle_file.frame import NOTICE, Heading
+from opensuction.recording.cycle_file.row_schema import (
+    INPUT_PART,
+    OUTPUT_PART,
+    STATE_PART,
+    TICKS,
+    RecordedEvent,
+    SchemaColumn,
+)
 from opensuction.recording.cycle_file.writer import RecordingWriter
+from opensuction.safety import condition_mask
+from opensuction.safety.alarm.alarm_log import AlarmEvent
+from opensuction.safety.alarm.alarm_state import NOTHING
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.recorded import run_event
+from opensuction.simulation import outcome
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.injection import InjectedRun
-from opensuction.simulation.input_log import InputSpan
-from opensuction.simulation.trace import Columns
-from opensuction.twin.machine.annunciator import Annunciator
+from opensuction.simulation.trace import Columns, InputSpan
+from opensuction.twin.machine.drive_watchdog import Annunciator
 from opensuction.twin.machine.machine import Truth
+
+WHO = "simulated person"
+"""Nobody presses a button of the twin but the program."""
+
+
+def _phases(columns: Columns, silent: set[int]) -> Iterator[tuple[int, RecordedEvent]]:
+    """silent: rows from which on no controller ran."""
+    phase = columns["phase"]
+    for at in (0, *(np.flatnonzero(np.diff(phase)) + 1)):
+        cause = int(columns["cause"][at])
+        after = f"after {name_of(Transition(cause))}" if cause >= 0 and at not in silent else ""
+        yield int(at), RecordedEvent(0, "phase", name_of(Phase(int(phase[at]))), after)
+
+
+def _trips(columns: Columns) -> Iterator[tuple[int, RecordedEvent]]:
+    masks = columns["verdict.trips"].astype(np.int64)
+    before = np.concatenate(([0], masks[:-1]))
+    for at in np.flatnonzero(masks & ~before):
+        for number in condition_mask.decode(int(masks[at] & ~before[at])):
+            yield int(at), RecordedEvent(0, "trip", name_of(Condition(number)))
+
+
+def _alarms(columns: Columns) -> Iterator[tuple[int, RecordedEvent]]:
+    first_s = float(columns["time_s"][0])
+    for entry in outcome.log(columns).entries:
+        at = round((entry.time_s - first_s) / DT_S)
+        name = "audio" if entry.condition == NOTHING else name_of(Condition(entry.condition))
+        if entry.event != AlarmEvent.STARTED:  # of the log itself
+            yield at, RecordedEvent(0, "alarm", name, name_of(entry.event))
+
+
+def _told(columns: Columns) -> Iterator[tuple[int, RecordedEvent]]:
+    first_s = float(columns["time_s"][0])
+    for one in outcome.told(columns):
+        at = round((one.at_s - first_s) / DT_S)
+        yield at, RecordedEvent(0, "told", name_of(one.condition), "at the bedside", who=one.by)
+
+
+def _requests(span: InputSpan) -> Iterator[tuple[int, RecordedEvent]]:
+    if span.set_by:
+        yield span.first, RecordedEvent(0, "start", span.set_by)
+    if not span.runs:
+        yield span.first, RecordedEvent(0, "gap", "controller-stopped", f"for {span.ticks} ticks")
+    for name in Requests._fields:
+        if getattr(span.requests, name):
+            key = f"{name}-{span.tick}"
+            yield span.first, RecordedEvent(0, "request", name.replace("_", "-"), who=WHO, key=key)
+
+
+def _faults(ran: InjectedRun) -> Iterator[tuple[int, RecordedEvent]]:
+    for one in ran.faults:
+        if np.isfinite(one.at_s):
+            strength = f"strength {one.injection.strength:g}"
+            name = one.injection.fault.title
+            yield max(round(one.at_s / DT_S), 0), RecordedEvent(0, "fault", name, strength)
+
+
+def events(ran: InjectedRun) -> list[tuple[int, RecordedEvent]]:
+    """Events in the order of time, each with the row of the trace that it belongs to."""
+    columns, silent = ran.columns, {span.first for span in ran.spans if not span.runs}
+    found = [*_faults(ran), *_phases(columns, silent), *_trips(columns)]
+    found += [*_alarms(columns), *_told(columns)]
+    for span in ran.spans:
+        found += _requests(span)
+    first = ran.spans[0].tick
+    placed = [(at, event._replace(tick=first + at)) for at, event in found]
+    return sorted(placed, key=lambda one: one[0])
+
 
 Table = NDArray[np.float64]
 
@@ -39,9 +121,9 @@ TWIN = "/twin"
 """Topic of what really happened, which no machine knows of itself."""
 TWIN_COLUMNS = (
     SchemaColumn("phase", int),
-    *tick_table.prefixed("truth", Truth),
-    *tick_table.prefixed("annunciator", Annunciator),
-    *tick_table.prefixed("obeyed", Commands),
+    *row_schema.prefixed("truth", Truth),
+    *row_schema.prefixed("annunciator", Annunciator),
+    *row_schema.prefixed("obeyed", Commands),
 )
 _TRACED = {f"obeyed.{name}": f"commands.{name}" for name in Commands._fields}
 """Columns of the trace that have another name here."""
@@ -111,7 +193,7 @@ class _Recorder:
         self._loop, self._ran, self._file = prepared.loop, ran, file
         self._clock = Clock(file.began_ns)
         self._call: RealTimeCall | None = None
-        self._events = iter(run_event.events(ran))
+        self._events = iter(events(ran))
         self._next = next(self._events, None)
 
     def write(self) -> None:
@@ -138,7 +220,7 @@ class _Recorder:
             self._call.state = state
         numbers = np.concatenate(([span.tick], plain_row.pack(State, state)))
         at = slice(span.first, span.first + 1)
-        self._file.add_rows(tick_table.STARTS, self._times(at), numbers[np.newaxis])
+        self._file.add_rows(row_schema.STARTS, self._times(at), numbers[np.newaxis])
 
     def _tell(self, end: int) -> None:
         """Write the events before a row."""
@@ -157,7 +239,7 @@ class _Recorder:
         for i, name in enumerate(OUTPUT_COLUMNS):
             if name in self._ran.sent:  # as it was in the run
                 outputs[:, i] = self._ran.sent[name][some]
-        rows = np.empty((len(inputs), len(tick_table.TICK_COLUMNS)))
+        rows = np.empty((len(inputs), len(row_schema.TICK_COLUMNS)))
         rows[:, INPUT_PART], rows[:, OUTPUT_PART], rows[:, STATE_PART] = inputs, outputs, states
         return rows
 
@@ -173,7 +255,7 @@ def record(prepared: Prepared, ran: InjectedRun, began_ns: int) -> bytes:
 
     prepared: the cycle as it began. began_ns: UTC of its first row, in nanoseconds since 1970.
     """
-    tables = {**tick_table.TABLES, TWIN: TWIN_COLUMNS}
+    tables = {**row_schema.TABLES, TWIN: TWIN_COLUMNS}
     file = BytesIO()
     with RecordingWriter(file, heading(prepared, began_ns), tables, CHUNK_ROWS) as writer:
         _Recorder(prepared, ran, writer).write()

@@ -10,13 +10,9 @@ import numpy as np
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file import table_export
-from opensuction.recording.cycle_file.chunk_content import Rows, TimedEvent
-from opensuction.recording.cycle_file.event import RecordedEvent
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.row_schema import SchemaColumn
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows, TimedEvent
+from opensuction.recording.cycle_file.row_schema import STARTS, RecordedEvent, SchemaColumn, Table
 from opensuction.recording.cycle_file.table_export import FORMATS, Sheet
-from opensuction.recording.cycle_file.tick_table import STARTS
 from opensuction.result.plain import IF_KNOWN
 from opensuction.session.recorded import replay_run
 from opensuction.session.recorded.replay_run import Origin

@@ -13,13 +13,10 @@ import numpy.typing as npt
 from opensuction.controller import configuration
 from opensuction.controller.record import Settings
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
-from opensuction.recording.cycle_file.chunk_content import Rows
-from opensuction.recording.cycle_file.heading import Heading
-from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
-from opensuction.recording.cycle_file.row_layout import Table
-from opensuction.recording.cycle_file.tick_table import TICKS
+from opensuction.kernel.vocabulary import Phase, name_of
+from opensuction.recording.cycle_file.frame import Heading
+from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader, Rows
+from opensuction.recording.cycle_file.row_schema import TICKS, Table
 from opensuction.session.recorded.cycle_recording import TWIN
 from opensuction.simulation.trace import Columns
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from opensuction.control.compensation import ON_PLAYS
 from opensuction.hysteresis import modified_dahl
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.result.cycle_result import (
     RECORDED,
     AbortCause,
@@ -27,12 +27,12 @@ from opensuction.result.cycle_result import (
     VitalSigns,
 )
 from opensuction.result.plain import measured
-from opensuction.safety.alarm import alarm_episode
-from opensuction.session.cycle import cycle_summary, dwell_summary, preoxygenation
-from opensuction.session.cycle.vital_sign import WINDOW_S
+from opensuction.safety.alarm import alarm_log
+from opensuction.session.cycle import cycle_summary, resolution, summary_section
+from opensuction.session.cycle.summary_section import WINDOW_S
 from opensuction.session.recorded.recorded_cycle import RecordedCycle
 from opensuction.settings.wording import one_line
-from opensuction.simulation import alarm_record, outcome, trace
+from opensuction.simulation import outcome, trace
 from opensuction.simulation.outcome import VENTED_MMHG
 from opensuction.simulation.trace import Columns
 
@@ -117,7 +117,7 @@ def _timing(cycle: RecordedCycle) -> TimingResult:
         guideline_s=None,
         in_airway_guideline_s=None,
         followed_s=float(columns["time_s"][-1]) + cycle.dt_s,
-        **dwell_summary.measure(columns, pace.nothing_comes_s, cycle.dt_s)._asdict(),
+        **summary_section.measure(columns, pace.nothing_comes_s, cycle.dt_s)._asdict(),
     )
 
 
@@ -261,11 +261,11 @@ def summary(cycle: RecordedCycle) -> CycleResult:
         lung_volume_loss_ml=None,
         airway_pressure_least_cmh2o=_lowest(vitals and vitals.airway_pressure_cmh2o),
         vitals=vitals,
-        preoxygenation=preoxygenation.on_record(columns),
+        preoxygenation=resolution.on_record(columns),
         check=cycle_summary.check(columns, cycle.dt_s),
         abort=abort,
         trips=cycle_summary.trips(outcome.trip_times(columns)),
-        alarms=cycle_summary.alarms(alarm_episode.list_episodes(alarm_record.log(columns))),
+        alarms=cycle_summary.alarms(alarm_log.list_episodes(outcome.log(columns))),
         harm=None,
         warnings=tuple(_warnings(cycle)),
         anatomy=Anatomy(

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 from opensuction import __version__
 from opensuction.controller import configuration
 from opensuction.kernel import arithmetic_fingerprint
-from opensuction.recording.cycle_file.heading import Heading
+from opensuction.recording.cycle_file.frame import Heading
 from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.result.plain import FLAT, Json, measured, to_json
 from opensuction.runtime import replay as replays

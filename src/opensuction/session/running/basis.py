@@ -10,26 +10,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from opensuction.control.backlash_inverse import Curves
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
-from opensuction.control.lookup_table import Curves
 from opensuction.controller.calibration import Calibration, Feedforward
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
+from opensuction.kernel.vocabulary import name_of
 from opensuction.procedure.planning.clinical import TEMPLATES
-from opensuction.procedure.planning.protocol import Protocol
-from opensuction.procedure.planning.site import Site
+from opensuction.procedure.planning.protocol import Protocol, Site
 from opensuction.runtime.paths import BASIS
 from opensuction.session.choice import RigChoice
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.settings import calibration_section, lines_section
-from opensuction.settings.calibration_section import Branches, Plays
-from opensuction.settings.choice import choose
-from opensuction.settings.lines_section import Lines
-from opensuction.settings.validation import to_mapping, validate
+from opensuction.settings import calibration_section
+from opensuction.settings.calibration_section import Branches, Lines, Plays
+from opensuction.settings.validation import choose, to_mapping, validate
 
 
 class Person(NamedTuple):
@@ -125,7 +122,7 @@ def to_json(basis: Basis) -> str:
         "plays": calibration_section.write_section(Plays, plays)._asdict(),
         "width": calibration_section.write_section(Branches, width)._asdict(),
         "table": calibration_section.write_section(Branches, table)._asdict(),
-        "lines": lines_section.write(lines)._asdict(),
+        "lines": calibration_section.write(lines)._asdict(),
     }
     told["compensation"] = name_of(basis.compensation)
     told["site"] = to_mapping(basis.site) | {"age": name_of(basis.site.age)}
@@ -151,7 +148,7 @@ def from_json(text: str) -> Basis:
                 PrandtlIshlinskii(*_arrays(validate(Plays, found["plays"], where))),
                 Curves(*_arrays(validate(Branches, found["width"], where))),
                 Curves(*_arrays(validate(Branches, found["table"], where))),
-                lines_section.read(validate(Lines, found["lines"], where), "lines"),
+                calibration_section.read(validate(Lines, found["lines"], where), "lines"),
             ),
             "protocol": validate(Protocol, told["protocol"], where),
             "rig": RigChoice(**told["rig"]),

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.directory import NewPassword
-from opensuction.ipc.process_lock import end_holder
+from opensuction.ipc.heartbeat import end_holder
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records

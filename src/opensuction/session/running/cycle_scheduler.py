@@ -11,16 +11,16 @@ from enum import Enum, auto
 from typing import NamedTuple
 from uuid import uuid4
 
-from opensuction.ipc.followed_ring import FollowedRing
 from opensuction.ipc.mailbox import Sender
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.procedure.cycle import refusal
-from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.ipc.ring import FollowedRing
+from opensuction.kernel.vocabulary import RESTING, Phase
+from opensuction.procedure.cycle import lock_out
+from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.records.database import utc_time
 from opensuction.report import wording
 from opensuction.runtime import paths
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.session.cycle import preoxygenation
+from opensuction.session.cycle import resolution
 from opensuction.session.running.machine import Running
 
 WHO = "opensuction run"
@@ -98,7 +98,7 @@ class CycleScheduler:
     @property
     def _oxygen_s(self) -> float:
         chosen = self._running.prepared.resolved.choice.preoxygenation
-        return preoxygenation.lead_s(self._running.prepared.loop, chosen)
+        return resolution.lead_s(self._running.prepared.loop, chosen)
 
     def close(self) -> None:
         """Ask no more."""
@@ -157,7 +157,7 @@ class CycleScheduler:
             self.doing = Doing.RUNNING
         elif now_s - self._since_s > ANSWERS_S:
             refused = Refusal(now.refusal)
-            reason = refusal.say(refused, now.rest_left_s) if refused else "nobody took it"
+            reason = lock_out.say(refused, now.rest_left_s) if refused else "nobody took it"
             self.stop(f"the start was refused: {reason}")
 
     def _run(self, now: Now, _: float) -> None:

@@ -2,35 +2,128 @@
 
 The twin outlives whoever runs the machine, for a patient does. Where one of an earlier run still
 plays it is taken up as it is; a machine that is set otherwise is not.
+
+A machine that was lost: what is known of it, and what the next one under its name must keep.
+
+The twin is its patient, too. Where it died nobody could bring the catheter out, and another one
+that begins in its place has its rest, so that nobody suctions sooner by starting anew.
 """
 
 import json
+import math
 import subprocess
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.heartbeat import Heartbeat, Process
-from opensuction.ipc.process_lock import end_holder, holder
+from opensuction.ipc.heartbeat import Heartbeat, Process, end_holder, holder
+from opensuction.ipc.ring import RingReader
 from opensuction.kernel import private_file
-from opensuction.kernel.codegen import document
+from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.compiled import as_python
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
+from opensuction.kernel.vocabulary import RESTING, Phase, name_of
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import PLAYS
+from opensuction.procedure.cycle import schedule
+from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.records.records import Records
-from opensuction.runtime import launch, machine_identity, paths
-from opensuction.runtime.machine_identity import About
-from opensuction.session.cycle import preoxygenation
+from opensuction.runtime import control_process, launch, paths
+from opensuction.runtime.control_process import Before
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.paths import About
+from opensuction.safety.limits import TipInterval, deepest_mm
+from opensuction.session.cycle import resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.running import basis, predecessor
-from opensuction.session.running.predecessor import Predecessor
+from opensuction.session.running import basis
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin import preset
+
+VALID = [
+    place
+    for place, name in enumerate(ROW_COLUMNS)
+    if name.startswith("inputs.readings.") and name.endswith("_valid")
+]
+"""Columns of a row that say whether there was a reading."""
+DEEPEST_MM = as_python(deepest_mm)
+TIP = [ROW_COLUMNS.index(f"state.core.governor.watch.tip.{name}") for name in TipInterval._fields]
+INSIDE = (
+    "the machine did not answer any more, and the catheter's tip was last inside: look at the "
+    "patient and draw the catheter out by the handle"
+)
+OUTSIDE = "the machine did not answer any more; the catheter's tip was last outside"
+
+
+class Predecessor(NamedTuple):
+    """A machine that does not answer any more."""
+
+    before: Before
+    """What its controller left."""
+    was_inside: bool
+    """The tip may have been in the airway when it was seen last."""
+
+    @property
+    def rest_left_s(self) -> float:
+        """Time for which the patient still has to rest, in s."""
+        return schedule.pass_idle_time_episode(
+            self.before.kept.episode, self.before.off_s
+        ).rest_left_s
+
+    @property
+    def ending(self) -> str:
+        """Ending of the earlier run, for a person."""
+        return INSIDE if self.was_inside else OUTSIDE
+
+    @property
+    def succession(self) -> str:
+        """Notice of the twin that has replaced it, for a person."""
+        place = "inside: look at the patient" if self.was_inside else "outside"
+        return (
+            "Another twin has begun, and another patient with it: that of the earlier run is gone, "
+            f"the catheter's tip was last {place}; {math.ceil(self.rest_left_s)} s of rest are kept"
+        )
+
+
+def find(folder: Path) -> Predecessor | None:
+    """The machine of a folder that was lost; None where one answers, or none was."""
+    before = control_process.read_before(folder)
+    if before is None:
+        return None
+    try:
+        row = RingReader(folder / paths.RING).drain().rows[-1]
+    except (InputError, OSError):  # only what was handed on is left of it
+        return Predecessor(before, before.phase not in RESTING)
+    if holder(folder / PLAYS) is not None and row[VALID].any():
+        return None
+    return Predecessor(before, _was_inside(folder, row))
+
+
+def _was_inside(folder: Path, row: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> bool:
+    """True if the tip may have been in the airway, or its place is not known."""
+    try:
+        text = (folder / paths.CONFIGURATION).read_text(encoding="utf-8")
+        limits = configuration.from_json(text).settings.limits
+    except (InputError, OSError, UnicodeDecodeError):
+        return True
+    tip = TipInterval(*(float(row[place]) for place in TIP))
+    return not DEEPEST_MM(limits.tip, tip) <= limits.outside_mm
+
+
+def hand_on(folder: Path, lost: Predecessor) -> None:
+    """Have the next controller in a folder keep what the lost one knew of its patient.
+
+    Where the tip was inside it halts, says so, and waits for a person. The catheter is another one.
+    """
+    kept = lost.before.kept._replace(catheter_age_s=NEW_CATHETER_S)
+    phase = Phase.ABORTING if lost.was_inside else Phase.PARKED
+    control_process.hand_on(folder, lost.before._replace(kept=kept, phase=phase))
+
 
 ENDS_S = 5.0
 """How long the twin's end may take."""
@@ -58,7 +151,7 @@ class Running(NamedTuple):
 
     def end(self) -> None:
         """The catheter comes out, and then the patient is gone. Raises InputError: it is not."""
-        lost = predecessor.find(self.folder)
+        lost = find(self.folder)
         end(self.folder)
         if self.twin is not None:
             self.twin.wait()
@@ -68,7 +161,7 @@ class Running(NamedTuple):
         """Set the ventilator to 100 % oxygen as a person does, or back to what it was before."""
         side = self.side
         if full:
-            machine = preset.ventilate(side.machine, preoxygenation.FULL_RATIO)
+            machine = preset.ventilate(side.machine, resolution.FULL_RATIO)
             side = side._replace(machine=machine)
         twin_machine.change(self.folder, side)
 
@@ -100,14 +193,14 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
     if holder(folder / PLAYS) is not None:
         _check_same(name, folder, chosen)
-        return Running(name, folder, prepared, machine_identity.read(folder), None)
+        return Running(name, folder, prepared, paths.read(folder), None)
     if holder(folder / paths.CONTROLS) is not None:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
-    lost = None if anew else predecessor.find(folder)
+    lost = None if anew else find(folder)
     _clear(folder, lost)
     launch.configure(folder, chosen)
     told = _about(name, prepared, database)
-    machine_identity.write(folder, told)
+    paths.write(folder, told)
     basis.write(folder, basis.of(prepared))
     private_file.write(folder / paths.BEGUN_WITH, configuration.hash_of(chosen))
     seed = prepared.resolved.equipment.seed
@@ -119,7 +212,7 @@ def _clear(folder: Path, lost: Predecessor | None) -> None:
     """Empty the folder but for what the next machine must keep of one that was lost."""
     paths.clear(folder)
     if lost is not None:
-        predecessor.hand_on(folder, lost)
+        hand_on(folder, lost)
 
 
 def _drop_console(folder: Path) -> None:
@@ -149,7 +242,7 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
     resolved, site = prepared.resolved, prepared.rig.site
     used, choice = resolved.equipment, resolved.choice
     label = f"{name}-{datetime.now(tz=UTC):%Y%m%dT%H%M%S}"
-    protocol = json.dumps(document.write(Protocol, prepared.protocol), indent=1, sort_keys=True)
+    protocol = json.dumps(plain_row.write(Protocol, prepared.protocol), indent=1, sort_keys=True)
     parameters = None
     if resolved.parameter_file is not None:
         path = Path(choice.compensation)

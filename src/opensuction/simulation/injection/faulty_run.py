@@ -1,4 +1,7 @@
-"""A run of the loop as far as it has come, with faults that are waiting for their instants."""
+"""A run of the loop as far as it has come, with faults that are waiting for their instants.
+
+Memory for the rows of a run with faults: written a piece at a time, kept as columns.
+"""
 
 from collections.abc import Sequence
 
@@ -7,24 +10,73 @@ import numpy.typing as npt
 
 from opensuction.controller import controller
 from opensuction.kernel.codegen import row
-from opensuction.kernel.commands import Commands
-from opensuction.kernel.constant import HOUR_S
-from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.kernel.interface import NO_REQUESTS, START, Commands, Requests
+from opensuction.kernel.unit import HOUR_S
+from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.safety.head import head_vote
-from opensuction.simulation import closed_loop, input_log, wiring
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.simulation.injection.fault_instant import Injection
-from opensuction.simulation.injection.faulty_side import FaultySide, Instant
-from opensuction.simulation.injection.row_buffer import PIECE_ROWS, RowBuffer
-from opensuction.simulation.input_log import InputLog, InputSpan
-from opensuction.simulation.trace import Columns
+from opensuction.simulation import closed_loop, trace, wiring
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.injection.fault_instant import FaultySide, Injection, Instant
+from opensuction.simulation.trace import Columns, InputLog, InputSpan
 from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine import drive_watchdog, machine
+
+PIECE_ROWS = 20_000
+"""Simulated at once, at most: 14 MB, used again and again. To hand a state to compiled code and
+take it back costs as much as hundreds of ticks."""
+
+
+class RowBuffer:
+    """Room for the rows of one run after the other.
+
+    longest_s: the longest run. names: columns that are kept, the phase among them.
+    """
+
+    def __init__(self, longest_s: float, names: Sequence[str] = COLUMNS) -> None:
+        self.names = tuple(names)
+        self._piece = np.zeros((PIECE_ROWS, len(COLUMNS)))
+        self._columns = np.empty((len(self.names), round(longest_s / DT_S)))
+        self._index = trace.indices(self.names)
+        self._sent: npt.NDArray[np.float64] | None = None
+
+    @property
+    def ticks(self) -> int:
+        """Of the longest run."""
+        return self._columns.shape[1]
+
+    def piece(self, most: int) -> npt.NDArray[np.float64]:
+        """Rows for the next ticks, ``most`` of them or fewer: to be written, then to be kept."""
+        return self._piece[:most]
+
+    def keep(self, done: int, ticks: int) -> None:
+        """Keep so many rows of the piece that follow the ``done`` ones."""
+        trace.transpose(self._piece[:ticks], self._index, self._columns[:, done : done + ticks])
+
+    def sent(self, columns: int) -> npt.NDArray[np.float64]:
+        """Room for what a controller sends in the longest run, shape (ticks, columns).
+
+        It holds what the last run has left there.
+        """
+        if self._sent is None:
+            self._sent = np.empty((self.ticks, columns))
+        return self._sent
+
+    def copy(self, done: int) -> npt.NDArray[np.float64]:
+        """The first ``done`` rows, shape (columns, done), for `fill`."""
+        return self._columns[:, :done].copy()
+
+    def fill(self, kept: npt.NDArray[np.float64], done: int) -> None:
+        """Take over the first ``done`` rows of what a run of the same columns has left."""
+        self._columns[:, :done] = kept[:, :done]
+
+    def columns(self, done: int) -> Columns:
+        """The first ``done`` rows, by name; they are of this room, and the next run's after it."""
+        return dict(zip(self.names, self._columns[:, :done], strict=True))
+
 
 RESTARTING = (Fault.CONTROLLER_STOPPED, Fault.POWER_RETURNING)
 """Faults after which a new controller starts."""
@@ -296,7 +348,7 @@ class FaultyRun:
             self.state = self.state._replace(
                 controller=controller.with_upkeep(self.state.controller, kept)
             )
-            self.inputs.set_state(input_log.EXPIRED)
+            self.inputs.set_state(trace.EXPIRED)
         else:
             readings = machine.read(self._side.machine, self.state.machine)
             self._side.inject(injection, Instant(self.done, self.state.tick), readings)
@@ -322,7 +374,7 @@ class FaultyRun:
             settings, head_mm, before.upkeep, self._restart_gap_s, before.procedure.phase
         )
         self.state = self.state._replace(controller=fresh)
-        self.inputs.set_state(input_log.RESTARTED)
+        self.inputs.set_state(trace.RESTARTED)
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
         self._side.restart(self.done)

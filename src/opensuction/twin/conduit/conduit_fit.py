@@ -15,8 +15,8 @@ from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
 from opensuction.kernel.record import Array
-from opensuction.twin.conduit import recorded_conduit
-from opensuction.twin.conduit.recorded_conduit import RecordedConduit
+from opensuction.twin.conduit import play_line
+from opensuction.twin.conduit.play_line import RecordedConduit
 
 STROKE_MM = 120.0
 """Head travel that the input's range becomes: what the paper's trapezoid and a gap ask for."""
@@ -62,8 +62,8 @@ def scale(input_deg: Array, output_deg: Array) -> tuple[Array, Array]:
 def empty(kind: str) -> RecordedConduit:
     """Plays and corners of a kind, ``preisach`` or ``readout``, every gain 0."""
     if kind == "preisach":
-        return recorded_conduit.triangle(LEVELS, ROWS, 0.0, STROKE_MM)
-    return recorded_conduit.bank(np.array(WIDTHS_MM), CELLS, 0.0, STROKE_MM)
+        return play_line.triangle(LEVELS, ROWS, 0.0, STROKE_MM)
+    return play_line.bank(np.array(WIDTHS_MM), CELLS, 0.0, STROKE_MM)
 
 
 def fit(kind: str, head_mm: Array, tip_mm: Array) -> FittedConduit:
@@ -115,7 +115,7 @@ def _fit_after(start: RecordedConduit, head_mm: Array, tip_mm: Array, past: floa
         gains[row, :cells] = found[first : first + cells]
         first += cells
     conduit = start._replace(gains=gains, offset_mm=float(tip_mm.mean() - means @ found))
-    left_mm = tip_mm - recorded_conduit.tip_mm(conduit, head_mm, past=past)
+    left_mm = tip_mm - play_line.tip_mm(conduit, head_mm, past=past)
     return FittedConduit(conduit, past, float(np.sqrt(np.mean(np.square(left_mm)))))
 
 

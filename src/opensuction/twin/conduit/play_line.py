@@ -5,9 +5,21 @@ the middle and at the high end (as control points, so that slopes of 0 and above
 fall); beyond the stroke it goes on as it ends. The form that a `RecordedConduit` has in the twin:
 its own plays, the narrowest twelve of them, and its lines smoothed (`smooth`).
 Source: [Lawson-1974] for least squares with slopes held at 0 and above.
+
+Classes of transmission: what kind of thing lies between the catheter's head and its tip.
+
+A conduit that a real recording was fitted with: plays side by side, each read out by a line.
+
+``y = y_0 + sum_k F_k(p_k)``: each p_k is a play of known width, F_k a line with corners at evenly
+spaced places that never falls. With widths of whole levels and lines that are level beyond their
+ends it is a Preisach model, row by row; with widths of any size and lines that go on, a play
+readout. It is the twin's own code and shares nothing with what identifies and compensates but the
+play itself: a plant is not graded by its own arithmetic.
+Source: [Brokate-1996] ch. 2 for the rows of a Preisach triangle as plays.
 """
 
 from collections.abc import Callable
+from enum import IntEnum
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,8 +29,81 @@ from opensuction.hysteresis import play
 from opensuction.hysteresis.play_bundle import PLAYS, Bundle
 from opensuction.kernel.codegen import straight_line
 from opensuction.kernel.record import Array
-from opensuction.twin.conduit import recorded_conduit
-from opensuction.twin.conduit.recorded_conduit import RecordedConduit
+from opensuction.kernel.vocabulary import by_name
+
+
+class RecordedConduit(NamedTuple):
+    """Parameters of such a conduit, head_mm to tip_mm."""
+
+    widths_mm: Array
+    """Full width of each play, at least 0; shape (k,)."""
+    lows_mm: Array
+    """Position of each play at which its line begins; shape (k,)."""
+    cell_mm: float
+    """Distance between two corners."""
+    gains: Array
+    """Slope of each line between its corners, at least 0; shape (k, m)."""
+    goes_on: bool
+    """Whether a line goes on beyond its ends as it ends; else it is level there."""
+    offset_mm: float
+    """Tip position with every play at its low end."""
+
+
+def line_mm(conduit: RecordedConduit, row: int, position_mm: Array) -> Array:
+    """Contribution of one play to the tip, mm; of the shape of ``position_mm``."""
+    gains = conduit.gains[row]
+    steps_mm = conduit.cell_mm * np.arange(gains.size + 1)
+    place_mm = position_mm - conduit.lows_mm[row]
+    line = np.interp(place_mm, steps_mm, conduit.cell_mm * np.append(0.0, np.cumsum(gains)))
+    if conduit.goes_on:
+        line = line + gains[0] * np.minimum(place_mm, 0.0)
+        line += gains[-1] * np.maximum(place_mm - steps_mm[-1], 0.0)
+    return np.asarray(line)
+
+
+def tip_mm(
+    conduit: RecordedConduit, head_mm: Array, gap_ratio: float = 1.0, past: float = -1.0
+) -> Array:
+    """Tip positions of head positions, both of shape (n,).
+
+    gap_ratio: of every width, the conduit being laid otherwise. past: +1.0 after a long advance,
+    -1.0 after a long retract, between for what lies between.
+    """
+    tip = np.full(head_mm.size, conduit.offset_mm)
+    for row, width in enumerate(gap_ratio * conduit.widths_mm):
+        start_mm = float(head_mm[0] - 0.5 * past * width)
+        tip += line_mm(conduit, row, play.simulate(float(width), head_mm, start_mm))
+    return tip
+
+
+def triangle(levels: int, rows: int, low_mm: float, high_mm: float) -> RecordedConduit:
+    """A Preisach grid over a range of the head, every gain 0.
+
+    rows: how many of the triangle there are, the narrow ones; relays of wider gaps count nothing.
+    """
+    cell_mm = (high_mm - low_mm) / levels
+    widths_mm: Array = cell_mm * np.arange(rows, dtype=np.float64)
+    return RecordedConduit(
+        widths_mm=widths_mm,
+        lows_mm=low_mm + 0.5 * widths_mm,
+        cell_mm=cell_mm,
+        gains=np.zeros((rows, levels)),
+        goes_on=False,
+        offset_mm=0.0,
+    )
+
+
+def bank(widths_mm: Array, cells: int, low_mm: float, high_mm: float) -> RecordedConduit:
+    """A bank of plays whose lines go over a range of the head, every gain 0."""
+    return RecordedConduit(
+        widths_mm=widths_mm,
+        lows_mm=np.full(widths_mm.size, low_mm),
+        cell_mm=(high_mm - low_mm) / cells,
+        gains=np.zeros((widths_mm.size, cells)),
+        goes_on=True,
+        offset_mm=0.0,
+    )
+
 
 ZEROS: Bundle = (0.0,) * PLAYS
 TRIED_MM = 0.25
@@ -119,7 +204,7 @@ def smooth(conduit: RecordedConduit) -> tuple[PlayLines, float, float]:
     """
     spans_mm = _spans_mm(conduit)
     head_mm = _strokes_mm(float(conduit.lows_mm[0]), float(spans_mm[0]))
-    wanted_mm = recorded_conduit.tip_mm(conduit, head_mm)
+    wanted_mm = tip_mm(conduit, head_mm)
     # Loading it takes a third of the start of each process of a machine.
     from scipy.optimize import nnls
 
@@ -137,3 +222,40 @@ def smooth(conduit: RecordedConduit) -> tuple[PlayLines, float, float]:
         widths_mm=_bundle(conduit.widths_mm[:PLAYS]),
     )
     return lines, float(found[-2] - found[-1]), float(left / np.sqrt(head_mm.size))
+
+
+class TransmissionKind(IntEnum):
+    """Kind of the transmission from the head to the catheter's tip."""
+
+    PLAYS = 0
+    """Clearances along the bends, and a narrow friction-limited stretch behind them."""
+    BOUC_WEN = 1
+    """No clearance: a lag that bends into saturation, by the Bouc-Wen equations."""
+    RUBBING = 2
+    """Clearances, and behind them a stretch whose friction depends on speed."""
+    RECORDED = 3
+    """Plays read out by lines of their own, as a real recording asks for."""
+
+
+KIND_OF_NAME = by_name(TransmissionKind)
+
+
+class TransmissionClass(NamedTuple):
+    """A class with what its parameters in the machine's table do not say."""
+
+    name: str
+    kind: TransmissionKind
+    lines: PlayLines
+    """Of a recorded conduit."""
+    offset_mm: float
+    """Tip of a recorded conduit with every play at its low end."""
+
+
+SUM_OF_PLAYS = TransmissionClass("plays", TransmissionKind.PLAYS, NO_LINES, 0.0)
+BOUC_WEN = TransmissionClass("bouc-wen", TransmissionKind.BOUC_WEN, NO_LINES, 0.0)
+RUBBING = TransmissionClass("rubbing", TransmissionKind.RUBBING, NO_LINES, 0.0)
+
+
+def recorded(name: str, lines: PlayLines, offset_mm: float) -> TransmissionClass:
+    """The class of a conduit that a recording was fitted with."""
+    return TransmissionClass(name, TransmissionKind.RECORDED, lines, offset_mm)

@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from opensuction.kernel.name import name_of
+from opensuction.kernel.vocabulary import name_of
 
 
 class FaultSite(IntEnum):

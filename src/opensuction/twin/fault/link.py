@@ -11,10 +11,9 @@ import numpy as np
 
 from opensuction.kernel import random_stream
 from opensuction.kernel.codegen import row
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.interface import Commands, Monitor, Readings
 from opensuction.kernel.random_stream import RandomStream
-from opensuction.kernel.readings import Monitor, Readings
 from opensuction.kernel.record import Array, make_zero
 from opensuction.twin.fault import bus, reading_fault
 from opensuction.twin.fault.bus import Bus, BusTicks

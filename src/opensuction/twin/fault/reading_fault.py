@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.interface import Readings
 from opensuction.kernel.random_stream import RandomStream
-from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
 
 JUMP_TICKS = 50

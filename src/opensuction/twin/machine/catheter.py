@@ -11,11 +11,10 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Ge, Gt, Le
 
-from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.constant import BLASIUS_POWER, PA_PER_MMHG
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.meaning import Meaning
-from opensuction.twin.airway.tube import DENSITY_KG_PER_M3, VISCOSITY_M2_PER_S
+from opensuction.kernel.unit import BLASIUS_POWER, PA_PER_MMHG
+from opensuction.kernel.vocabulary import AgeGroup, Meaning
+from opensuction.twin.airway.airway import DENSITY_KG_PER_M3, VISCOSITY_M2_PER_S
 from opensuction.twin.parameter import BENCH, ParameterValues
 from opensuction.twin.patient.patient import Patient
 

@@ -7,31 +7,17 @@ import math
 from typing import NamedTuple
 
 from opensuction.hysteresis import play
-from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.interface import Commands, Readings
 from opensuction.twin import coupling
 from opensuction.twin.airway import airway
 from opensuction.twin.airway.airway import Airway, AirwayState
 from opensuction.twin.coupling import CouplingState
-from opensuction.twin.machine import (
-    bore,
-    contact_switch,
-    dc_axis,
-    hand,
-    laser,
-    suction_line,
-    transmission,
-    valve_mechanism,
-)
-from opensuction.twin.machine.bore import Bore, BoreState
-from opensuction.twin.machine.contact_switch import ContactSwitch, SwitchState
-from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
-from opensuction.twin.machine.hand import Hand, HandState
-from opensuction.twin.machine.laser import Laser, LaserState
-from opensuction.twin.machine.suction_line import SuctionLine, SuctionState
+from opensuction.twin.machine import contact_switch, dc_axis, suction_line, transmission
+from opensuction.twin.machine.contact_switch import ContactSwitch, Laser, LaserState, SwitchState
+from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis, Hand, HandState, ValveMechanism
+from opensuction.twin.machine.suction_line import Bore, BoreState, SuctionLine, SuctionState
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
-from opensuction.twin.machine.valve_mechanism import ValveMechanism
 from opensuction.twin.patient import patient
 from opensuction.twin.patient.patient import Patient
 from opensuction.twin.sensor import sensor
@@ -176,7 +162,7 @@ def measure(
 @compiled
 def _lost_mmhg(machine: Machine, state: MachineState, opened: float) -> float:
     """Vacuum that mucus in the bore takes, the valve being that far open."""
-    return bore.lost_mmhg(
+    return suction_line.lost_mmhg(
         machine.bore,
         state.bore,
         state.line.vacuum_mmhg,
@@ -194,7 +180,7 @@ def _step_valve(
         state.valve,
         commands.valve_v,
         commands.valve_on,
-        valve_mechanism.load_v(machine.valve, state.valve.position),
+        dc_axis.load_v(machine.valve, state.valve.position),
         dt_s,
     )
     return dc_axis.stopped(turned, -machine.valve.stop_rad, math.inf)
@@ -204,7 +190,7 @@ def _step_valve(
 def truth(machine: Machine, state: MachineState) -> Truth:
     """The truth in a state."""
     signs = state.coupling.signs
-    opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
+    opened = dc_axis.open_ratio(machine.valve, state.valve.position)
     return Truth(
         head_mm=state.head_mm,
         tip_mm=state.airway.tip_mm,
@@ -257,8 +243,8 @@ def _step_insertion(
         dt_s,
     )
     held = state.hand
-    if machine.hand.present and not commands.insertion_on and hand.is_gripping(held):
-        held, insertion = hand.step(
+    if machine.hand.present and not commands.insertion_on and dc_axis.is_gripping(held):
+        held, insertion = dc_axis.step_hand(
             machine.hand, held, state.insertion, state.airway.contact_n, dt_s
         )
     return dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm), held
@@ -285,7 +271,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     if machine.weak_tip_mm > 0.0:
         piece = _part_tip(machine, state, moved.tip_mm, dt_s)
     valve = _step_valve(machine, state, commands, dt_s)
-    opened = valve_mechanism.open_ratio(machine.valve, valve.position)
+    opened = dc_axis.open_ratio(machine.valve, valve.position)
     lost = _lost_mmhg(machine, state, opened)
     line = suction_line.step(
         machine.line,
@@ -317,10 +303,12 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         transmission=moved,
         valve=valve,
         line=line,
-        bore=bore.step(machine.bore, state.bore, touched.taken_ml, line.gas_ml_per_s, dt_s),
+        bore=suction_line.step_bore(
+            machine.bore, state.bore, touched.taken_ml, line.gas_ml_per_s, dt_s
+        ),
         airway=touched,
         switch=contact_switch.step(machine.switch, state.switch, pressed_n, dt_s),
-        laser=laser.step(machine.laser, state.laser, touched.tip_mm),
+        laser=contact_switch.step_laser(machine.laser, state.laser, touched.tip_mm),
         sensed=sensor.step(machine.sensors, state.sensed, measured, dt_s),
         coupling=coupling.accumulate(state.coupling, gas_ml, touched.taken_ml),
         hand=held,

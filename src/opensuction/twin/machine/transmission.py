@@ -6,6 +6,10 @@ creeps for seconds after the catheter has moved; and the gain changes slightly w
 is bend angle times diametral clearance: re-routing the conduit changes it. Transmissions of other
 classes (`twin.conduit`) put something else in the place of plays and stretch; gain and creep are
 behind it all the same.
+
+Creep of the catheter's polymer: what its motion draws out comes back over seconds.
+
+Two modes, ``tau dz/dt = A v / (|v| + v0) - z`` with v the catheter's own speed.
 """
 
 from collections.abc import Iterable
@@ -15,15 +19,58 @@ import numpy as np
 
 from opensuction.hysteresis import play, play_bundle
 from opensuction.hysteresis.play_bundle import PLAYS, Bundle
+from opensuction.kernel.arithmetic import drop_tiny
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
-from opensuction.twin.conduit import bouc_wen_lag, play_line, rate_friction
-from opensuction.twin.conduit.bouc_wen_lag import BoucWenLag
-from opensuction.twin.conduit.play_line import PlayLines
-from opensuction.twin.conduit.rate_friction import RateFriction
-from opensuction.twin.conduit.transmission_class import TransmissionKind
-from opensuction.twin.machine import creep
-from opensuction.twin.machine.creep import Creep, CreepState
+from opensuction.twin.conduit import play_line, rate_friction
+from opensuction.twin.conduit.play_line import PlayLines, TransmissionKind
+from opensuction.twin.conduit.rate_friction import BoucWenLag, RateFriction
+
+VELOCITY_MM_PER_S = 3.0
+"""Speed of the catheter at which half of the amplitude is drawn; assumed."""
+
+
+class Creep(NamedTuple):
+    """Amplitudes and inverse time constants of the two modes."""
+
+    fast_mm: float
+    fast_per_s: float
+    slow_mm: float
+    slow_per_s: float
+
+
+class CreepState(NamedTuple):
+    """Lag of the tip, in either mode."""
+
+    fast_mm: float
+    slow_mm: float
+
+
+NONE = CreepState(0.0, 0.0)
+
+
+@compiled
+def step_creep(creep: Creep, state: CreepState, speed_mm_per_s: float, dt_s: float) -> CreepState:
+    """Advance by one tick with the catheter at some speed."""
+    drawn = 0.0
+    if speed_mm_per_s != 0.0:
+        drawn = speed_mm_per_s / (abs(speed_mm_per_s) + VELOCITY_MM_PER_S)
+    # Each mode relaxes towards what the motion draws; a tick is a 300th of any time constant.
+    fast = state.fast_mm + creep.fast_per_s * dt_s * (creep.fast_mm * drawn - state.fast_mm)
+    slow = state.slow_mm + creep.slow_per_s * dt_s * (creep.slow_mm * drawn - state.slow_mm)
+    return CreepState(fast_mm=drop_tiny(fast), slow_mm=drop_tiny(slow))
+
+
+@compiled
+def lag_mm(creep: Creep, behind_mm: Array, dt_s: float) -> Array:
+    """Lag of a tip behind a catheter's own positions; shape (n,), from rest."""
+    lags, state = np.empty(behind_mm.size), CreepState(0.0, 0.0)
+    before_mm = behind_mm[0]
+    for tick in range(behind_mm.size):
+        state = step_creep(creep, state, (behind_mm[tick] - before_mm) / dt_s, dt_s)
+        before_mm = behind_mm[tick]
+        lags[tick] = state.fast_mm + state.slow_mm
+    return lags
 
 
 class Transmission(NamedTuple):
@@ -78,7 +125,7 @@ def after_retract(transmission: Transmission, head_mm: float) -> TransmissionSta
     plays = bundle(head_mm + 0.5 * width_mm for width_mm in transmission.widths_mm)
     behind, lag = float(np.mean(plays)) + 0.5 * transmission.stretch_mm, 0.0
     if transmission.kind == TransmissionKind.BOUC_WEN:
-        lag = -float(bouc_wen_lag.saturation_mm(transmission.bouc_wen))
+        lag = -float(rate_friction.saturation_mm(transmission.bouc_wen))
         behind = head_mm + transmission.lag_ratio * transmission.bouc_wen.share * lag
     elif transmission.kind == TransmissionKind.RUBBING:
         lag = -transmission.lag_ratio * float(rate_friction.steady_mm(transmission.friction, 0.0))
@@ -90,7 +137,7 @@ def after_retract(transmission: Transmission, head_mm: float) -> TransmissionSta
         behind_mm=behind,
         lag_mm=lag,
         head_mm=head_mm,
-        creep=creep.NONE,
+        creep=NONE,
         tip_mm=float(depth_mm(transmission, behind)),
     )
 
@@ -123,7 +170,7 @@ def _follow_otherwise(
     if transmission.kind == TransmissionKind.BOUC_WEN:
         # Of a loop so many times as wide both the travel and the lag are so many times as long.
         move_mm = (head_mm - state.head_mm) / ratio
-        lag = bouc_wen_lag.step(transmission.bouc_wen, state.lag_mm, move_mm)
+        lag = rate_friction.step_bouc_wen_lag(transmission.bouc_wen, state.lag_mm, move_mm)
         return state.plays_mm, head_mm + ratio * transmission.bouc_wen.share * lag, lag
     plays, mean = play_bundle.step(transmission.widths_mm, state.plays_mm, head_mm)
     if transmission.kind == TransmissionKind.RUBBING:
@@ -148,7 +195,7 @@ def step(
             plays, behind, lag = _follow_otherwise(transmission, state, head_mm, dt_s)
         # Crossing the clearance strains nothing: only the catheter's own motion counts.
         speed = (behind - state.behind_mm) / dt_s
-    crept = creep.step(transmission.creep, state.creep, speed, dt_s)
+    crept = step_creep(transmission.creep, state.creep, speed, dt_s)
     return TransmissionState(
         plays_mm=plays,
         behind_mm=behind,

@@ -7,28 +7,22 @@ lung volume, saturation and heart rate.
 
 from typing import NamedTuple
 
+from opensuction.kernel.arithmetic import drop_tiny
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
-from opensuction.twin.airway import tube
-from opensuction.twin.airway.tube import Tube
+from opensuction.twin.airway import airway
+from opensuction.twin.airway.airway import Tube
 from opensuction.twin.behaviour.behaviour import Behaviour
 from opensuction.twin.coupling import PatientSigns
-from opensuction.twin.patient import (
-    airflow,
-    gas_exchange,
-    heart,
-    lung,
-    oximeter,
-    patient_monitor,
-    ventilator,
+from opensuction.twin.patient import gas_exchange, patient_monitor, ventilator
+from opensuction.twin.patient.gas_exchange import GasExchange, GasState, Lung, LungState
+from opensuction.twin.patient.patient_monitor import (
+    Heart,
+    HeartState,
+    Oximeter,
+    OximeterState,
+    PatientMonitor,
 )
-from opensuction.twin.patient.airflow import Airflow
-from opensuction.twin.patient.gas_exchange import GasExchange, GasState
-from opensuction.twin.patient.heart import Heart, HeartState
-from opensuction.twin.patient.lung import Lung, LungState
-from opensuction.twin.patient.oximeter import Oximeter, OximeterState
-from opensuction.twin.patient.patient_monitor import PatientMonitor
-from opensuction.twin.patient.ventilator import Supply, Ventilator, VentilatorState
+from opensuction.twin.patient.ventilator import Airflow, Supply, Ventilator, VentilatorState
 
 L_PER_MIN_PER_ML_PER_S = 0.06
 LOSS_SMOOTHING = 0.25
@@ -53,7 +47,7 @@ class Patient(NamedTuple):
     """One patient on one ventilator."""
 
     age_group: int
-    """An `opensuction.kernel.age_group.AgeGroup`."""
+    """An `opensuction.kernel.vocabulary.AgeGroup`."""
     weight_kg: float
     tube_id_mm: float
     """Inner diameter of the tracheostomy tube."""
@@ -188,21 +182,21 @@ def _ventilate(
     dt_s: float,
 ) -> tuple[Airflow, LungState]:
     """Flows of a step, and the lung after it."""
-    suction = lung.removable_ml_per_s(patient.lung, state, suction_ml_per_s, dt_s)
-    elastic = lung.pressure_cmh2o(patient.lung, state)
+    suction = gas_exchange.removable_ml_per_s(patient.lung, state, suction_ml_per_s, dt_s)
+    elastic = gas_exchange.pressure_cmh2o(patient.lung, state)
     leak = 0.0
     if patient.behaviour.is_lively:
         # By the lung's own pressure: that of the trachea would be a loop within the step.
         leak = patient.behaviour.leak_ml_per_s_per_cmh2o * max(elastic, 0.0)
-    flows = airflow.solve(
+    flows = ventilator.solve(
         supply,
-        tube.loss(patient.tube, catheter_ratio),
+        airway.loss(patient.tube, catheter_ratio),
         elastic + _pushed_cmh2o(patient, state, strain.muscle_cmh2o),
         strain.resistance_ratio * patient.lung.resistance_cmh2o_s_per_ml
         + 0.5 * dt_s / patient.lung.compliance_ml_per_cmh2o,
         suction + leak,
     )
-    filled = lung.step(patient.lung, state, flows.lung_ml_per_s, dt_s)
+    filled = gas_exchange.step_lung(patient.lung, state, flows.lung_ml_per_s, dt_s)
     return flows._replace(suction_ml_per_s=suction), filled
 
 
@@ -241,7 +235,9 @@ def step_vitals(
         filled.closed_ml,
         dt_s,
     )
-    beating = heart.step(patient.heart, state.heart, stimulus, gas.arterial_saturation, dt_s)
+    beating = patient_monitor.step_heart(
+        patient.heart, state.heart, stimulus, gas.arterial_saturation, dt_s
+    )
     inspires = ventilator.is_inspiring(patient.ventilator, machine)
     return Vitals(
         ventilator=machine,
@@ -312,7 +308,7 @@ def step_under(
     saturation = vitals.gas.arterial_saturation
     return PatientState(
         vitals=vitals,
-        oximeter=oximeter.step(patient.oximeter, state.oximeter, saturation, dt_s),
+        oximeter=patient_monitor.step(patient.oximeter, state.oximeter, saturation, dt_s),
         relaxed=relaxed,
         strain=strain,
     )
@@ -331,7 +327,7 @@ def step(
 
     suction_ml_per_s: gas at atmospheric pressure that the catheter takes just below the tube.
     catheter_ratio: catheter over tube diameter while the catheter lies in the tube, else 0.
-    stimulus: of the airway by the catheter, 0 to 1; see `opensuction.twin.patient.heart`.
+    stimulus: of the airway by the catheter, 0 to 1; see `opensuction.twin.patient.patient_monitor`.
     """
     return step_under(patient, state, suction_ml_per_s, catheter_ratio, stimulus, AT_EASE, dt_s)
 

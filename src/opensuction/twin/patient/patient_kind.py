@@ -6,8 +6,8 @@ What does not fit together in one body is refused with the arithmetic. Tags as i
 
 from typing import NamedTuple
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.twin import parameter
 from opensuction.twin.behaviour.behaviour_parameter import SWITCH
 from opensuction.twin.parameter import ParameterValues

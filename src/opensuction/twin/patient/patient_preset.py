@@ -3,20 +3,18 @@
 import math
 from functools import lru_cache
 
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.constant import ML_PER_S
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.unit import ML_PER_S
+from opensuction.kernel.vocabulary import AgeGroup
 from opensuction.twin import parameter
-from opensuction.twin.airway import tube
-from opensuction.twin.airway.tube import Tube
-from opensuction.twin.behaviour import behaviour_preset
+from opensuction.twin.airway import airway
+from opensuction.twin.airway.airway import Tube
+from opensuction.twin.behaviour import behaviour_parameter
 from opensuction.twin.parameter import ParameterValues
-from opensuction.twin.patient import airflow, gas_exchange, heart, oximeter, ventilator
+from opensuction.twin.patient import gas_exchange, patient_monitor, ventilator
 from opensuction.twin.patient import patient as patient_model
-from opensuction.twin.patient.gas_exchange import DRY_MMHG, GasExchange, GasState
-from opensuction.twin.patient.heart import Heart
-from opensuction.twin.patient.lung import Lung, LungState
+from opensuction.twin.patient.gas_exchange import DRY_MMHG, GasExchange, GasState, Lung, LungState
 from opensuction.twin.patient.patient import (
     AT_EASE,
     BreathState,
@@ -25,7 +23,7 @@ from opensuction.twin.patient.patient import (
     Secretion,
     Vitals,
 )
-from opensuction.twin.patient.patient_monitor import PatientMonitor
+from opensuction.twin.patient.patient_monitor import Heart, PatientMonitor
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 from opensuction.twin.patient.ventilator import Ventilator
 
@@ -70,7 +68,7 @@ def _tube(values: ParameterValues) -> Tube:
     """Tube with its friction taken at the mean inspiratory flow."""
     tidal = values["tidal_ml_per_kg"] * values["weight_kg"]
     inspiration_s = 60.0 / values["rate_per_min"] * values["inspiration_ratio"]
-    return tube.of_size(values["tube_id_mm"], values["tube_length_mm"], tidal / inspiration_s)
+    return airway.of_size(values["tube_id_mm"], values["tube_length_mm"], tidal / inspiration_s)
 
 
 def driving_cmh2o(values: ParameterValues, inspiration_s: float) -> float:
@@ -82,7 +80,7 @@ def driving_cmh2o(values: ParameterValues, inspiration_s: float) -> float:
     compliance = values["compliance_ml_per_cmh2o_per_kg"] * values["weight_kg"]
     resistance = (
         values["resistance_cmh2o_s_per_l"] + values["source_cmh2o_s_per_l"]
-    ) / LITRE_ML + tube.loss(_tube(values), 0.0) * tidal / inspiration_s
+    ) / LITRE_ML + airway.loss(_tube(values), 0.0) * tidal / inspiration_s
     filling_s = inspiration_s - values["rise_s"]
     emptying_s = 60.0 / values["rate_per_min"] - inspiration_s - values["fall_s"]
     out = resistance + (values["valve_cmh2o_s_per_l"] - values["source_cmh2o_s_per_l"]) / LITRE_ML
@@ -155,7 +153,7 @@ def assemble(values: ParameterValues, age_group: AgeGroup) -> Patient:
         tube=_tube(values),
         lung=_lung(values),
         gas_exchange=_gas_exchange(values),
-        oximeter=oximeter.of_delay(values["delay_s"], values["average_s"]),
+        oximeter=patient_monitor.of_delay(values["delay_s"], values["average_s"]),
         heart=Heart(
             rest_per_min=values["heart_rate_per_min"],
             vagal_ratio=values["vagal_ratio"],
@@ -166,7 +164,7 @@ def assemble(values: ParameterValues, age_group: AgeGroup) -> Patient:
         monitor=PatientMonitor(
             present=True, linked=True, probe_on=True, beat_average_s=values["beat_average_s"]
         ),
-        behaviour=behaviour_preset.assemble(values),
+        behaviour=behaviour_parameter.assemble(values),
     )
 
 
@@ -204,11 +202,11 @@ def breathe(patient: Patient, state: PatientState, steps: int, dt_s: float) -> P
         # at every hand, which takes as long as the breathing.
         while done < steps and not due:
             vitals = patient_model.step_vitals(patient, vitals, 0.0, 0.0, 0.0, AT_EASE, dt_s)
-            sample = oximeter.integrate(sample, vitals.gas.arterial_saturation, dt_s)
-            due = oximeter.is_due(sample, dt_s)
+            sample = patient_monitor.integrate(sample, vitals.gas.arterial_saturation, dt_s)
+            due = patient_monitor.is_due(sample, dt_s)
             done += 1
         if due:
-            meter = oximeter.show(patient.oximeter, meter, sample)
+            meter = patient_monitor.show(patient.oximeter, meter, sample)
         else:
             meter = meter._replace(sample=sample)
     return PatientState(vitals, meter, patient_model.relax(vitals), AT_EASE)
@@ -223,7 +221,7 @@ def near_rest(patient: Patient) -> PatientState:
     arterial = gas_exchange.content(gas, 80.0)
     vitals = Vitals(
         ventilator=ventilator.at_rest(patient.ventilator),
-        airflow=airflow.still(peep),
+        airflow=ventilator.still(peep),
         lung=LungState(volume_ml=volume, closed_ml=0.0),
         gas=GasState(
             dead_space_ratio=alveolar_mmhg / DRY_MMHG,
@@ -233,13 +231,13 @@ def near_rest(patient: Patient) -> PatientState:
             arterial_mmhg=80.0,
             arterial_saturation=gas_exchange.saturation(gas, 80.0),
         ),
-        heart=heart.at_rest(patient.heart),
+        heart=patient_monitor.at_rest_heart(patient.heart),
         shown_per_min=patient.heart.rest_per_min,
         breath=BreathState(
             reference_ml=volume, end_expiratory_ml=volume, loss_ml=0.0, tidal_ml=0.0
         ),
     )
-    shown = oximeter.at_rest(gas_exchange.saturation(gas, 80.0))
+    shown = patient_monitor.at_rest(gas_exchange.saturation(gas, 80.0))
     return PatientState(vitals, shown, patient_model.relax(vitals), AT_EASE)
 
 

@@ -3,14 +3,16 @@
 The encoder of the insertion motor counts its own steps and has none of these but age. What is late
 is a message: the controller then has the value of the tick before. Contact switch and light barrier
 tell one of two things; what is not ideal in them is in `contact_switch`.
+
+Sensors from their parameters.
 """
 
 import math
 from typing import NamedTuple
 
 from opensuction.kernel import random_stream
+from opensuction.kernel.arithmetic import drop_tiny
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.denormals import drop_tiny
 from opensuction.kernel.random_stream import RandomStream
 
 DRIFT_S = 300.0
@@ -163,4 +165,44 @@ def step(sensors: Sensors, state: SensorState, measured: Measured, dt_s: float) 
         vacuum_drift=_wander(state.vacuum_drift, first, dt_s),
         current_drift=_wander(state.current_drift, second, dt_s),
         stream=stream,
+    )
+
+
+def sensors(values: dict[str, float]) -> Sensors:
+    """Sensors from their parameters."""
+    return Sensors(
+        carriage=exact(values["carriage_sensor_mm"])._replace(
+            noise=values["carriage_noise_mm"], offset=values["carriage_zero_mm"]
+        ),
+        cam=exact(values["cam_encoder_rad"])._replace(
+            noise=values["cam_noise_rad"], offset=values["cam_zero_rad"]
+        ),
+        vacuum=Analogue(
+            noise=values["vacuum_noise_mmhg"],
+            offset=values["vacuum_offset_mmhg"],
+            drift=values["vacuum_drift_mmhg"],
+            gain=values["vacuum_gain"],
+            step=values["vacuum_step_mmhg"],
+            lag_s=values["vacuum_lag_s"],
+        ),
+        current=Analogue(
+            noise=values["current_noise_a"],
+            offset=values["current_offset_a"],
+            drift=values["current_drift_a"],
+            gain=values["current_gain"],
+            step=values["current_step_a"],
+            lag_s=values["current_lag_s"],
+        ),
+        late_share=values["late_share"],
+    )
+
+
+def exact_sensors(sensors: Sensors) -> Sensors:
+    """The same sensors, but they err by nothing but their resolution."""
+    return Sensors(
+        carriage=exact(sensors.carriage.step),
+        cam=exact(sensors.cam.step),
+        vacuum=exact(0.0),
+        current=exact(0.0),
+        late_share=0.0,
     )

@@ -1,4 +1,4 @@
-// A message of the stream, read: the layout is that of console/signals/frame.py.
+// A message of the stream, read: the layout is that of console/signals/channel.py.
 
 const MAGIC = 0x5347;
 const VERSION = 1;
