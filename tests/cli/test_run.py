@@ -14,13 +14,13 @@ import pytest
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.console import console_process
-from opensuction.ipc.heartbeat import holder
+from opensuction.ipc.liveness import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import Phase
 from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 from tests.cli.command import begun, opensuction, wait_for
 from tests.console.served import free_port
@@ -36,8 +36,14 @@ def name() -> Iterator[str]:
     """A machine's name of its own; whatever runs under it is gone afterwards."""
     made = f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
     yield made
-    folder = paths.make(made)
-    for lock in (paths.SUPERVISES, paths.CONSOLES, paths.RECORDS, paths.CONTROLS, PLAYS):
+    folder = machine_folder.make(made)
+    for lock in (
+        machine_folder.SUPERVISES,
+        machine_folder.CONSOLES,
+        machine_folder.RECORDS,
+        machine_folder.CONTROLS,
+        PLAYS,
+    ):
         pid = holder(folder / lock)
         if pid is not None:
             os.kill(pid, signal.SIGKILL)
@@ -48,15 +54,21 @@ def name() -> Iterator[str]:
 
 def phase_of(name: str) -> Phase | None:
     try:
-        newest = RingReader(paths.find(name) / paths.RING).snapshot()
+        newest = RingReader(machine_folder.find(name) / machine_folder.RING).snapshot()
     except InputError:
         return None
     return None if newest is None else Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")]))
 
 
 def is_gone(name: str) -> bool:
-    locks = (paths.SUPERVISES, paths.CONSOLES, paths.RECORDS, paths.CONTROLS, PLAYS)
-    return not any(holder(paths.find(name) / lock) for lock in locks)
+    locks = (
+        machine_folder.SUPERVISES,
+        machine_folder.CONSOLES,
+        machine_folder.RECORDS,
+        machine_folder.CONTROLS,
+        PLAYS,
+    )
+    return not any(holder(machine_folder.find(name) / lock) for lock in locks)
 
 
 def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Path) -> None:
@@ -67,7 +79,7 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
     data = json.loads(ran.stdout)
     assert "  Inserting\n" in ran.stderr
     assert is_gone(name)
-    assert not list(paths.find(name).iterdir())
+    assert not list(machine_folder.find(name).iterdir())
     cycle = data["cycles"][0]
     # On a machine that is busy with other things a cycle may be broken off, and then says so.
     assert (ran.returncode, data["reason"] is None) == (
@@ -108,12 +120,12 @@ def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
     finally:
         os.umask(before)
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(paths.find(name) / paths.RECORDS) is not None)
+    assert wait(lambda: holder(machine_folder.find(name) / machine_folder.RECORDS) is not None)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
     assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: list((tmp_path / "runs" / "kept").glob("*.mcap")) != [], 60.0)
-    assert wait((paths.find(name) / console_process.LOG_FILE).exists, 60.0)
-    folder = paths.find(name)
+    assert wait((machine_folder.find(name) / console_process.LOG_FILE).exists, 60.0)
+    folder = machine_folder.find(name)
     made = [folder.parent, folder, *folder.iterdir(), *tmp_path.rglob("*")]
     for one in made:
         wanted = 0o700 if one.is_dir() else 0o600
@@ -133,7 +145,7 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
         cwd=tmp_path,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(paths.find(name) / paths.RECORDS) is not None)
+    assert wait(lambda: holder(machine_folder.find(name) / machine_folder.RECORDS) is not None)
     second = opensuction(
         *("serve", *NEONATE, "--name", name, "--out", "other", "--port", port), cwd=tmp_path
     )
@@ -149,7 +161,7 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     assert told.stdout.startswith("abort: the button went down; the machine is ")
     assert wait(lambda: phase_of(name) == Phase.HALTED)
     url = f"http://127.0.0.1:{port}"
-    assert wait(lambda: holder(paths.find(name) / paths.CONSOLES) is not None)
+    assert wait(lambda: holder(machine_folder.find(name) / machine_folder.CONSOLES) is not None)
     assert wait(lambda: state_of(url).get("phase") == "halted", 60.0)
     machine = httpx.get(f"{url}/api/v1/machine").json()
     assert (machine["serial"], machine["patient"]["age"]) == (name, "neonate")
@@ -182,11 +194,11 @@ def test_a_machine_lost_with_the_tip_inside_is_told_and_the_next_one_waits_for_a
     options = ("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept")
     served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(paths.find(name) / paths.RECORDS) is not None)
+    assert wait(lambda: holder(machine_folder.find(name) / machine_folder.RECORDS) is not None)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
     assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: phase_of(name) == Phase.SUCTIONING, 60.0)
-    twin = holder(paths.find(name) / PLAYS)
+    twin = holder(machine_folder.find(name) / PLAYS)
     assert twin is not None
     os.kill(twin, signal.SIGKILL)
     served.send_signal(signal.SIGTERM)

@@ -21,7 +21,7 @@ from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine import fail_safe, machine
 from tests.conformance.plain import run_plain
 from tests.conformance.test_controller_step import CALIBRATION, SHORT
 
@@ -47,7 +47,7 @@ def linked() -> list[list[float]]:
     reading = machine.read(loop.machine, parked.machine)
     wires = Wiring(
         link=link.healthy(1),
-        watchdog=drive_watchdog.of(loop.machine, loop.controller.limits.park_head_mm),
+        watchdog=fail_safe.of(loop.machine, loop.controller.limits.park_head_mm),
     )
     messages = wiring.start(reading, parked.tick)
     table = np.zeros((8000, len(COLUMNS)))

@@ -31,7 +31,7 @@ from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import PLAUSIBLE
-from opensuction.twin.machine import drive_watchdog
+from opensuction.twin.machine import fail_safe
 from opensuction.twin.plant import PlantState
 
 # The test itself commands the machine, an ordinary process: it may be late by half of the drives'
@@ -81,7 +81,7 @@ def machine(
     known = rigs.uncalibrated(rig.profile)
     loop, state = rigs.assemble(rig, PAPER, CompensationKind.NONE, known, 2)
     played = preset.limit_rack(loop.machine, loop.controller.limits.park_head_mm)
-    watchdog = drive_watchdog.of(played, loop.controller.limits.park_head_mm)
+    watchdog = fail_safe.of(played, loop.controller.limits.park_head_mm)
     side = MachineSide(played, Wiring(link.healthy(1), watchdog))
     plant = PlantState(state.machine, state.bedside)
     processes: list[subprocess.Popen[bytes]] = []

@@ -24,7 +24,7 @@ from opensuction.console.app import create_app
 from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.live.hub import Hub
 from opensuction.records.records import Records
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from tests.accounts.example import CHEAP, PASSWORDS, ROLES, employ, enter
 from tests.console.written_machine import WrittenMachine
 
@@ -153,7 +153,7 @@ def make_site(
         accounts=accounts,
         hub=Hub(folder),
         recordings=recordings,
-        about=lambda: paths.read(folder),
+        about=lambda: machine_folder.read(folder),
         origin=ListeningAddress(HOST, port),
     )
 

@@ -13,11 +13,11 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.ipc.heartbeat import Heartbeat, Process, holder
+from opensuction.ipc.liveness import Heartbeat, Process, holder
 from opensuction.kernel.vocabulary import CYCLE, Phase
 from opensuction.records.records import Records
 from opensuction.runtime import launch, supervisor
-from opensuction.runtime.paths import CONSOLES, CONTROLS
+from opensuction.runtime.machine_folder import CONSOLES, CONTROLS
 from opensuction.runtime.supervisor import Supervisor, SupervisorNotice
 from opensuction.safety.condition import Condition
 from opensuction.session.running import console_settings

@@ -12,14 +12,14 @@ import numpy as np
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.ipc.mailbox import Mailbox, answer
 from opensuction.ipc.ring import EventWriter, RingWriter
 from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.transition import STAY
-from opensuction.runtime import launch, paths
+from opensuction.runtime import launch, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import ASK, EVENTS, EVENTS_BEFORE, RING, RING_BEFORE
+from opensuction.runtime.machine_folder import ASK, EVENTS, EVENTS_BEFORE, RING, RING_BEFORE
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.session.running import basis
@@ -70,7 +70,7 @@ class WrittenMachine:
         if not (folder / RING).exists():
             launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
             basis.write(folder, at_the_bed("neonate", CompensationKind.EXACT_INVERSE))
-            paths.write(folder, ABOUT._replace(database=database))
+            machine_folder.write(folder, ABOUT._replace(database=database))
         self._mailbox = Mailbox(folder / ASK)
         self._events = EventWriter(folder / EVENTS, folder / EVENTS_BEFORE)
         told = {**TOLD, "run": run, "began_utc_ns": str(time.time_ns() - time.monotonic_ns())}

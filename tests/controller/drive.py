@@ -25,7 +25,7 @@ from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import wanted
 from opensuction.twin import plant
-from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine import fail_safe, machine
 from opensuction.twin.machine.machine import MachineState
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
@@ -186,7 +186,7 @@ def run(
         bedside = state.bedside
         if plant.is_due(moved):
             moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
-        shown = drive_watchdog.repeat(wanted(outputs))
+        shown = fail_safe.repeat(wanted(outputs))
         seen = record(i * DT_S, outputs.phase, readings, outputs, outputs.commands, truth, shown)
         write_row(table[i], seen)
         state = LoopState(state.tick + 1, decided, moved, bedside)

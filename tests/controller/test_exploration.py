@@ -35,7 +35,7 @@ from opensuction.simulation.wiring import Wiring
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import Link
 from opensuction.twin.fault.reading_fault import FOR_GOOD, Channel, Mode, ReadingFault
-from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine import fail_safe, machine
 
 QUIET = (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
 """Phases in which nothing is sucked."""
@@ -111,7 +111,7 @@ class Exploration(RuleBasedStateMachine):
         self.loop, self.state = loop, start
         self.link: Link = link.healthy(1)
         home_mm = loop.controller.limits.park_head_mm
-        self.watchdog = drive_watchdog.of(loop.machine, home_mm)
+        self.watchdog = fail_safe.of(loop.machine, home_mm)
         self.messages = wirings.start(machine.read(loop.machine, start.machine), start.tick)
         self.trace: Columns = {}
         self.phase = int(start.controller.core.procedure.phase)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.liveness import Heartbeat, Process
 
 
 def test_one_that_never_was_and_one_that_has_ended_are_not_missed(tmp_path: Path) -> None:

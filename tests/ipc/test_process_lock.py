@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.ipc.heartbeat import ProcessLock, end_holder, holder
+from opensuction.ipc.liveness import ProcessLock, end_holder, holder
 from opensuction.kernel.errors import InputError
 
 HOLDER = (
     "import sys, time\n"
     "from pathlib import Path\n"
-    "from opensuction.ipc.heartbeat import ProcessLock\n"
+    "from opensuction.ipc.liveness import ProcessLock\n"
     "held = ProcessLock(Path(sys.argv[1]), 'a test runs')\n"
     "print('held', flush=True)\n"
     "time.sleep(60)\n"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from opensuction.recording import mat_table, table
+from opensuction.recording import binary_table, table
 from tests.recording.test_table import read, refusal
 
 
@@ -75,7 +75,7 @@ def test_too_many_samples_are_refused_before_they_are_unpacked(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     np.savez_compressed(file, a=np.zeros(40_000))
-    monkeypatch.setattr(mat_table, "MOST_SAMPLES", 1000)
+    monkeypatch.setattr(binary_table, "MOST_SAMPLES", 1000)
     assert "rows or more, above the limit" in refusal(file, "a")
 
 

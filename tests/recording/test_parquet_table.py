@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import mat_table, table
+from opensuction.recording import binary_table, table
 
 
 def written(path: Path, **columns: Any) -> Path:
@@ -106,7 +106,7 @@ def test_no_rows_are_refused(file: Path) -> None:
 def test_more_rows_than_the_bound_are_refused_before_they_are_read(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mat_table, "MOST_SAMPLES", 3)
+    monkeypatch.setattr(binary_table, "MOST_SAMPLES", 3)
     written(file, a=[1.0, 2.0, 3.0, 4.0])
     assert "above the limit" in refusal(file, "a")
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.ipc.heartbeat import Heartbeat, Process, holder
+from opensuction.ipc.liveness import Heartbeat, Process, holder
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
 from opensuction.machine.twin.live_judge import LiveJudge
@@ -29,7 +29,7 @@ from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
 from opensuction.runtime import launch, replay
-from opensuction.runtime.paths import CONTROLS, RECORDS, SUPERVISES
+from opensuction.runtime.machine_folder import CONTROLS, RECORDS, SUPERVISES
 from opensuction.runtime.supervisor import CONTROL_HUNG_S, HUNG_S
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S

@@ -19,7 +19,7 @@ from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.machine.twin.twin_process import TwinPlayer, capabilities, most_obeyed, playing
 from opensuction.runtime import control_process
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.twin.machine import drive_watchdog
+from opensuction.twin.machine import fail_safe
 
 RATE = 3
 """Times as fast as a machine is that keeps time."""
@@ -31,9 +31,7 @@ class LockstepTwin:
     def __init__(self, twin: TwinPlayer) -> None:
         most = most_obeyed(twin.call)
         has = capabilities(twin.call)
-        self.facts = MachineFacts(
-            "lockstep twin", "", True, DT_S, drive_watchdog.SILENCE_S, most, has
-        )
+        self.facts = MachineFacts("lockstep twin", "", True, DT_S, fail_safe.SILENCE_S, most, has)
         self._twin, self._number = twin, 0
         twin.step(np.zeros(len(MESSAGE_COLUMNS)), new=False)
 

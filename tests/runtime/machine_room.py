@@ -14,16 +14,16 @@ from pathlib import Path
 import pytest
 
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.heartbeat import holder
+from opensuction.ipc.liveness import holder
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
 from opensuction.machine.twin import twin_machine
 from opensuction.procedure.cycle.lock_out import Refusal
-from opensuction.runtime import launch, paths
+from opensuction.runtime import launch, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import ASK, CONTROLS, RECORDS, RING
+from opensuction.runtime.machine_folder import ASK, CONTROLS, RECORDS, RING
 from opensuction.safety.condition import Condition
 from opensuction.twin.plant import PlantState
 from tests.controller.bedside import hurried
@@ -71,7 +71,7 @@ class Room:
 
     def mend(self) -> None:
         """Undo what a test has done: a controller runs, and no recorder does."""
-        paths.write(self.folder, ABOUT._replace(database=str(self.folder / "records.db")))
+        machine_folder.write(self.folder, ABOUT._replace(database=str(self.folder / "records.db")))
         if self.recorder is not None:
             self.recorder.kill()
             self.recorder.communicate()

@@ -13,7 +13,7 @@ import numpy as np
 
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.ipc.deadline_scheduler import NS_PER_S
-from opensuction.ipc.heartbeat import Heartbeat
+from opensuction.ipc.liveness import Heartbeat
 from opensuction.ipc.mailbox import Mailbox, MailboxAnswer, MailboxRequest
 from opensuction.ipc.ring import EventWriter, RingWriter
 from opensuction.kernel.interface import MESSAGE_COLUMNS, NO_REQUESTS, START, Requests
@@ -26,7 +26,7 @@ from opensuction.runtime.loop import ROW_COLUMNS, Around, ControlLoop
 from opensuction.simulation import machine_side
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineCall
-from opensuction.twin.machine import drive_watchdog
+from opensuction.twin.machine import fail_safe
 from opensuction.twin.plant import PlantState
 
 TICK_NS = round(DT_S * NS_PER_S)
@@ -41,7 +41,7 @@ class SteppedMachine:
         plant = PlantState(state.machine, state.bedside)
         self.call = MachineCall(machine_side.begin(twin_machine.side_of(loop, seed=1), plant))
         self.facts = MachineFacts(
-            "stepped twin", "", True, DT_S, drive_watchdog.SILENCE_S, {}, EVERYTHING
+            "stepped twin", "", True, DT_S, fail_safe.SILENCE_S, {}, EVERYTHING
         )
         self._sent, self._new, self.number = np.zeros(len(MESSAGE_COLUMNS)), False, 0
         self.shown: list[Array] = []

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.ipc import heartbeat
+from opensuction.ipc import liveness
 from opensuction.ipc.deadline_scheduler import NS_PER_S
-from opensuction.ipc.heartbeat import Heartbeat, Process, Signs
+from opensuction.ipc.liveness import Heartbeat, Process, Signs
 from opensuction.kernel.interface import START
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime.loop import LOOK_S, LOST_S, MISSED_S, ROW_COLUMNS, STARTS_S, is_lost
-from opensuction.runtime.paths import SLOTS_S
+from opensuction.runtime.machine_folder import SLOTS_S
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import UNANSWERED_S
 from tests.controller.bedside import at_bed
@@ -62,7 +62,7 @@ class TickedRoom(SteppedRoom):
     """Whose signs of life go by the loop's ticks."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(heartbeat, "time", self)
+        monkeypatch.setattr(liveness, "time", self)
         super().__init__(folder, *at_bed("neonate"))
         self.signs = Heartbeat(folder)
 

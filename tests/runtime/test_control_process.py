@@ -12,7 +12,7 @@ import pytest
 from opensuction.ipc.ring import EventReader
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import EVENTS
+from opensuction.runtime.machine_folder import EVENTS
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 
 pytestmark = pytest.mark.real_time

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.vocabulary import RESTING, Phase
-from opensuction.runtime.paths import SLOTS_S
+from opensuction.runtime.machine_folder import SLOTS_S
 from tests.runtime.kept import replayed, ticks_of, told_of
 from tests.runtime.machine_room import PACES, Room, running, wait
 

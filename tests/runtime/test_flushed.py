@@ -13,7 +13,7 @@ from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import BoundFile
 from opensuction.records.records import Records
 from opensuction.records.trail.chain import AuditReport
-from opensuction.runtime import flushed, paths
+from opensuction.runtime import flushed, machine_folder
 from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.flushed import Flushed, Note
 from opensuction.runtime.recorder import Recorder
@@ -177,7 +177,7 @@ def test_notes_outlive_the_machine_until_they_are_on_record(rows: Array, kept: K
     kept.record_and_die(rows[:DIES_AT])
     (kept.notes.parent / "control.ring").touch()
     kept.out.rename(kept.out.parent.parent / f"{kept.out.parent.name}-out")
-    paths.clear(kept.notes.parent)
+    machine_folder.clear(kept.notes.parent)
     assert [path.name for path in kept.notes.parent.iterdir()] == [kept.notes.name]
     kept.bind()
     assert not kept.notes.exists(), "then nothing of them is left"

@@ -10,7 +10,7 @@ from opensuction.cli import completion
 from opensuction.cli.command.run import ASK_DETAILS as ASK_HELP
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.kernel.interface import NO_REQUESTS, STOP, Requests
-from opensuction.runtime import launch, paths
+from opensuction.runtime import launch, machine_folder
 from opensuction.runtime.machine_button import BUTTONS, BY_NAME, MachineButton
 from opensuction.session.running import run
 
@@ -43,8 +43,8 @@ def test_every_button_is_pressed_by_the_command_line(
     """What is typed goes down at the controller, under the name that is on record."""
     assert button.name in completion.REQUESTS
     assert f" {button.name}" in ASK_HELP
-    (tmp_path / paths.EVENTS).touch()
-    mailbox = Mailbox(tmp_path / paths.ASK)
+    (tmp_path / machine_folder.EVENTS).touch()
+    mailbox = Mailbox(tmp_path / machine_folder.ASK)
 
     def deliver(folder: Path, what: str, who: str, key: str, _: float) -> str:
         launch.send(folder, what, who, key)
@@ -53,7 +53,7 @@ def test_every_button_is_pressed_by_the_command_line(
         assert answer.ask == button.field
         return answer.verdict
 
-    monkeypatch.setattr(paths, "find", lambda _: tmp_path)
+    monkeypatch.setattr(machine_folder, "find", lambda _: tmp_path)
     monkeypatch.setattr(launch, "ask", deliver)
     monkeypatch.setattr(run, "_find_phase", lambda _: "parked")
     try:

@@ -22,10 +22,15 @@ from opensuction.machine.port import EVERYTHING, NOTHING, Description, describe
 from opensuction.recording.cycle_file.frame import NOTICE
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.records import Records
-from opensuction.runtime import control_process, launch, paths, recorder_process
+from opensuction.runtime import (
+    control_process,
+    launch,
+    machine_folder,
+    recorder_process,
+)
 from opensuction.runtime.control_process import say_lacking
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import ASK, EVENTS, RING
+from opensuction.runtime.machine_folder import ASK, EVENTS, RING
 from tests.controller.bedside import at_bed
 from tests.machine import bare_machine
 from tests.machine.bare_machine import MACHINE_FACTS
@@ -79,7 +84,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         machine=ABOUT.machine._replace(serial="bare-1", is_twin=False),
         database=str(tmp_path / "records.db"),
     )
-    paths.write(tmp_path, about)
+    machine_folder.write(tmp_path, about)
     ending = Ending(monkeypatch)
     monkeypatch.setattr(
         control_process, "hardened", lambda: nullcontext(Allowed("other", False, ()))

@@ -8,7 +8,7 @@ import pytest
 
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 
 NAME = "ward-3"
 SOMEBODY = 65_534
@@ -19,7 +19,7 @@ SOMEBODY = 65_534
 def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where everybody may make folders."""
     (tmp_path / "shm").mkdir()
-    monkeypatch.setattr(paths, "MEMORY", tmp_path / "shm")
+    monkeypatch.setattr(machine_folder, "MEMORY", tmp_path / "shm")
     return tmp_path / "shm"
 
 
@@ -33,14 +33,14 @@ def somebody_else_s(usual: Path) -> None:
         pytest.skip("only root can make a folder of another user")
     usual.mkdir(0o700)
     (usual / NAME).mkdir(0o700)
-    (usual / NAME / paths.EVENTS).write_text("theirs")
+    (usual / NAME / machine_folder.EVENTS).write_text("theirs")
     os.chown(usual / NAME, SOMEBODY, SOMEBODY)
     os.chown(usual, SOMEBODY, SOMEBODY)
 
 
 def open_to_all(usual: Path) -> None:
     (usual / NAME).mkdir(parents=True)
-    (usual / NAME / paths.EVENTS).write_text("theirs")
+    (usual / NAME / machine_folder.EVENTS).write_text("theirs")
     usual.chmod(0o777)
 
 
@@ -56,45 +56,45 @@ def test_a_folder_that_is_not_the_user_s_alone_is_passed_by(
     usual: Path, squat: Callable[[Path], None]
 ) -> None:
     squat(usual)
-    assert paths.find(NAME).parent != usual, "nothing is read of it, either"
-    folder = paths.make(NAME)
+    assert machine_folder.find(NAME).parent != usual, "nothing is read of it, either"
+    folder = machine_folder.make(NAME)
     assert folder.parent != usual
     assert folder.parent.name.startswith(f"{usual.name}-")
     assert private_file.is_own_folder(folder)
     assert private_file.is_own_folder(folder.parent)
-    assert paths.passed_by(folder).startswith(f"{usual} is not this user's alone")
-    (folder / paths.EVENTS).touch()
-    paths.clear(folder)
-    assert (usual / NAME / paths.EVENTS).read_text() == "theirs"
+    assert machine_folder.passed_by(folder).startswith(f"{usual} is not this user's alone")
+    (folder / machine_folder.EVENTS).touch()
+    machine_folder.clear(folder)
+    assert (usual / NAME / machine_folder.EVENTS).read_text() == "theirs"
     # Every other command finds the same one, whatever is in its environment.
-    assert paths.find(NAME) == paths.make(NAME) == folder
-    assert paths.make("another").parent == folder.parent
+    assert machine_folder.find(NAME) == machine_folder.make(NAME) == folder
+    assert machine_folder.make("another").parent == folder.parent
 
 
 def test_a_machine_is_found_when_whoever_was_there_first_has_gone(usual: Path) -> None:
     usual.touch()
-    folder = paths.make(NAME)
+    folder = machine_folder.make(NAME)
     usual.unlink()
-    paths.make("before")
-    assert paths.find(NAME) == folder
+    machine_folder.make("before")
+    assert machine_folder.find(NAME) == folder
     usual.mkdir(0o700)
-    assert paths.find(NAME) == folder
-    assert paths.make("later").parent == usual
+    assert machine_folder.find(NAME) == folder
+    assert machine_folder.make("later").parent == usual
 
 
 def test_a_name_that_looks_like_the_user_s_own_is_not_trusted(memory: Path, usual: Path) -> None:
     usual.touch()
     open_to_all(memory / f"{usual.name}-0000000000000000")
-    folder = paths.make(NAME)
+    folder = machine_folder.make(NAME)
     assert folder.parent.name != f"{usual.name}-0000000000000000"
-    assert paths.find(NAME) == folder
+    assert machine_folder.find(NAME) == folder
 
 
 def test_a_usual_folder_is_used_and_nothing_is_said(usual: Path) -> None:
-    folder = paths.make(NAME)
+    folder = machine_folder.make(NAME)
     assert folder == usual / NAME
     assert private_file.is_own_folder(usual)
-    assert paths.passed_by(folder) == ""
+    assert machine_folder.passed_by(folder) == ""
 
 
 @pytest.mark.parametrize("umask", [0o000, 0o077])
@@ -103,7 +103,7 @@ def test_a_machine_s_folders_are_the_user_s_alone_whatever_the_umask(
 ) -> None:
     before = os.umask(umask)
     try:
-        paths.make(NAME)
+        machine_folder.make(NAME)
     finally:
         os.umask(before)
     assert private_file.is_own_folder(usual)
@@ -119,7 +119,7 @@ def test_a_link_under_a_machine_s_name_is_refused_and_where_it_leads_stays(
     usual.mkdir(0o700)
     (usual / NAME).symlink_to(theirs)
     with pytest.raises(InputError, match=r"ward-3 is a link, or not this user's alone: remove it"):
-        paths.make(NAME)
+        machine_folder.make(NAME)
     with pytest.raises(InputError, match="cannot be emptied"):
-        paths.clear(usual / NAME)
+        machine_folder.clear(usual / NAME)
     assert (theirs / "file").read_text() == "theirs"

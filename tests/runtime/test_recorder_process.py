@@ -12,9 +12,9 @@ from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from opensuction.runtime.control_process import settings_file
-from opensuction.runtime.paths import CONFIGURATION, EVENTS, MARK, RING
+from opensuction.runtime.machine_folder import CONFIGURATION, EVENTS, MARK, RING
 from tests.runtime.identity import ABOUT
 from tests.runtime.kept import replayed, ticks_of, told_of
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
@@ -173,7 +173,7 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     room.stop()
     room.begin()
     database = tmp_path / "away" / "records.db"
-    paths.write(room.folder, ABOUT._replace(database=str(database)))
+    machine_folder.write(room.folder, ABOUT._replace(database=str(database)))
     (tmp_path / "away").write_text("no folder")
     room.record(tmp_path)
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
@@ -194,9 +194,9 @@ def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
 ) -> None:
     database = str(tmp_path / "records.db")
     told = ABOUT._replace(database=database)
-    paths.write(room.folder, told)
+    machine_folder.write(room.folder, told)
     room.record(tmp_path)
-    paths.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
+    machine_folder.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder()

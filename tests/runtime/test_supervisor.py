@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.ipc.heartbeat import Heartbeat, Process, holder
+from opensuction.ipc.liveness import Heartbeat, Process, holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import RESTING
 from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.runtime import launch
-from opensuction.runtime.paths import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
+from opensuction.runtime.machine_folder import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
 from opensuction.runtime.supervisor import HUNG_S, Supervisor, SupervisorNotice
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.runtime.test_disk import LARGEST_BYTES

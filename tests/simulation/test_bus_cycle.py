@@ -19,7 +19,7 @@ from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import PLAUSIBLE, Bus
-from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine import fail_safe, machine
 
 NONE = Bus(0.0, 0.0, 0.0)
 
@@ -41,7 +41,7 @@ def played(carrier: Bus, seed: int) -> tuple[Columns, PatientExposure]:
         made.start,
         START,
         table,
-        Wiring(wires, drive_watchdog.of(loop.machine, home_mm)),
+        Wiring(wires, fail_safe.of(loop.machine, home_mm)),
         messages,
     )
     columns = trace.by_name(table[:ticks])

@@ -21,14 +21,14 @@ from opensuction.simulation.machine_side import (
 from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
-from opensuction.twin.machine import drive_watchdog
+from opensuction.twin.machine import fail_safe
 from opensuction.twin.plant import PlantState
 from opensuction.twin.sensor import sensor
 
 
 def side_of(loop: Loop) -> MachineSide:
     limited = preset.limit_rack(loop.machine, loop.controller.limits.park_head_mm)
-    watchdog = drive_watchdog.of(limited, loop.controller.limits.park_head_mm)
+    watchdog = fail_safe.of(limited, loop.controller.limits.park_head_mm)
     return MachineSide(limited, Wiring(link.healthy(1), watchdog))
 
 

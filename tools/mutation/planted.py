@@ -41,7 +41,7 @@ class Fault(NamedTuple):
 FAULTS = (
     Fault(
         "the drives' watchdog never fires",
-        "twin/machine/drive_watchdog.py",
+        "twin/machine/fail_safe.py",
         "silent > watchdog.silence_s + 0.5 * dt_s",
         "silent > 1e9",
         f"{RUNTIME}/test_control_process.py"
@@ -49,7 +49,7 @@ FAULTS = (
     ),
     Fault(
         "a process that is silent is never missed",
-        "ipc/heartbeat.py",
+        "ipc/liveness.py",
         "return age_ns / NS_PER_S if last",
         "return 0.0 if last",
         f"{RUNTIME}/test_recorder_process.py"

@@ -27,7 +27,7 @@ from opensuction.console.guard.turn import Turn
 from opensuction.console.live.hub import Hub
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
-from opensuction.runtime.paths import About
+from opensuction.runtime.machine_folder import About
 
 PORT = re.compile(r":(\d{1,5})$", re.ASCII)
 """At the end of a Host header; none where it is the usual one."""
@@ -45,7 +45,7 @@ class ConsoleContext(NamedTuple):
     """All that the routes go by."""
 
     folder: Path
-    """The machine's (`runtime.paths`)."""
+    """The machine's (`runtime.machine_folder`)."""
     records: Records
     accounts: Accounts
     hub: Hub

@@ -40,13 +40,13 @@ from opensuction.console.guard.limits import Buckets
 from opensuction.console.guard.origin import is_loopback
 from opensuction.console.guard.problem import MEDIA_TYPE, Problem
 from opensuction.console.live.hub import Hub
-from opensuction.ipc.heartbeat import Heartbeat, Process, ProcessLock
+from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
-from opensuction.runtime import paths
-from opensuction.runtime.paths import CONSOLES
+from opensuction.runtime import machine_folder
+from opensuction.runtime.machine_folder import CONSOLES
 from opensuction.session.running import console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
 
@@ -321,7 +321,7 @@ def _site(folder: Path, settings: ConsoleSettings, records: Records) -> ConsoleC
         accounts=Accounts(records.database),
         hub=Hub(folder),
         recordings=Path(settings.recordings),
-        about=lambda: paths.read(folder),
+        about=lambda: machine_folder.read(folder),
         origin=ListeningAddress(settings.host, settings.port, settings.has_tls),
     )
 

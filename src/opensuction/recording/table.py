@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import mat_table, text_table
+from opensuction.recording import binary_table, text_table
 from opensuction.recording.array_column import LARGEST_TEXT_BYTES, megabytes
 
 KINDS = "a table of columns: CSV text, Parquet, NumPy (.npz) or MATLAB (.mat)"
@@ -32,7 +32,7 @@ Columns = dict[str, NDArray[np.float64]]
 """Numbers by the name of their column, each of shape (samples,)."""
 
 FOREIGN = {
-    mat_table.NPZ_TABLE_MAGIC: "a zip archive or a spreadsheet; export the sheet as CSV",
+    binary_table.NPZ_TABLE_MAGIC: "a zip archive or a spreadsheet; export the sheet as CSV",
     b"PK\x05\x06": "an empty zip archive",
     b"\x93NUMPY": "a single NumPy array; save named ones with numpy.savez",
     b"\xd0\xcf\x11\xe0": "a spreadsheet of an old kind; export the sheet as CSV",
@@ -128,15 +128,15 @@ def open_table(path: Path) -> RecordedTable:
 
 
 BINARY = {
-    mat_table.PARQUET_TABLE_MAGIC: Reader(
-        mat_table.read_names_parquet_table, mat_table.read_columns_parquet_table
+    binary_table.PARQUET_TABLE_MAGIC: Reader(
+        binary_table.read_names_parquet_table, binary_table.read_columns_parquet_table
     ),
-    mat_table.MAGIC: Reader(mat_table.read_names, mat_table.read_columns),
-    mat_table.MAGIC_73: Reader(mat_table.read_names_73, mat_table.read_columns_73),
+    binary_table.MAGIC: Reader(binary_table.read_names, binary_table.read_columns),
+    binary_table.MAGIC_73: Reader(binary_table.read_names_73, binary_table.read_columns_73),
 }
 """Kinds of files by how they begin."""
 
-ARCHIVE = Reader(mat_table.read_names_npz_table, mat_table.read_columns_npz_table)
+ARCHIVE = Reader(binary_table.read_names_npz_table, binary_table.read_columns_npz_table)
 
 
 def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
@@ -145,7 +145,7 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
         raise InputError(f"{path}: is empty; give the path of {KINDS}")
     reader = next((one for start, one in BINARY.items() if head.startswith(start)), None)
     note, full_names = "", dict[str, str]()
-    if head.startswith(mat_table.NPZ_TABLE_MAGIC) and mat_table.is_archive(path):
+    if head.startswith(binary_table.NPZ_TABLE_MAGIC) and binary_table.is_archive(path):
         reader = ARCHIVE
     if reader is None:
         _refuse_foreign(path, head)

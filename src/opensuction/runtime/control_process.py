@@ -26,7 +26,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, hardened
-from opensuction.ipc.heartbeat import Heartbeat, Process, ProcessLock
+from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.ipc.ring import EventReader, EventWriter, RingReader, RingWriter
 from opensuction.kernel import private_file
@@ -44,7 +44,7 @@ from opensuction.runtime.loop import (
     Around,
     ControlLoop,
 )
-from opensuction.runtime.paths import (
+from opensuction.runtime.machine_folder import (
     ABOUT,
     ASK,
     BASIS,

@@ -20,7 +20,7 @@ from opensuction.records.records import Records
 from opensuction.runtime import flushed
 from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import SUPERVISOR, Begun, Entry
-from opensuction.runtime.paths import About
+from opensuction.runtime.machine_folder import About
 
 AGAIN_S = 1.0
 """Between two tries."""

@@ -13,14 +13,14 @@ from pathlib import Path
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.ipc.mailbox import PATIENCE_S, Sender
 from opensuction.ipc.ring import EventReader, RingReader
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import utc_time
 from opensuction.runtime.control_process import PERIOD_NS
-from opensuction.runtime.paths import ASK, CONFIGURATION, EVENTS, RING
+from opensuction.runtime.machine_folder import ASK, CONFIGURATION, EVENTS, RING
 
 PRESSED = "pressed"
 """Verdict: the button went down."""

@@ -24,7 +24,7 @@ from opensuction.controller.real_time_call import (
     RealTimeCall,
 )
 from opensuction.ipc import mailbox
-from opensuction.ipc.heartbeat import Heartbeat, Process, Signs
+from opensuction.ipc.liveness import Heartbeat, Process, Signs
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.ipc.ring import EventWriter, ProcessEvent, RingWriter
 from opensuction.kernel.interface import MESSAGE_COLUMNS, NO_REQUESTS, Requests
@@ -33,7 +33,7 @@ from opensuction.kernel.vocabulary import RESTING, Phase, name_of
 from opensuction.machine.port import Port
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.recording.cycle_file.row_schema import RecordedEvent
-from opensuction.runtime.paths import SLOTS_S
+from opensuction.runtime.machine_folder import SLOTS_S
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import UNANSWERED_S

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.controller import configuration
-from opensuction.ipc.heartbeat import Heartbeat, Process, ProcessLock, holder
+from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock, holder
 from opensuction.ipc.ring import (
     COLUMNS,
     EventReader,
@@ -37,12 +37,12 @@ from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.machine import port
 from opensuction.recording.cycle_file.frame import NOTICE, Heading
-from opensuction.runtime import paths, recorder
+from opensuction.runtime import machine_folder, recorder
 from opensuction.runtime.database_writer import Context, DatabaseWriter
 from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import ControllerRun, Journal
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM
-from opensuction.runtime.paths import (
+from opensuction.runtime.machine_folder import (
     CONFIGURATION,
     CONTROLS,
     EVENTS,
@@ -189,8 +189,8 @@ class ControllerSession:
         text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
         chosen = configuration.from_json(text)
         self._about, self._about_of = (
-            paths.read(self._folder),
-            paths.identity(self._folder),
+            machine_folder.read(self._folder),
+            machine_folder.identity(self._folder),
         )
         self._context = Context(self._about, configuration.hash_of(chosen))
         return Heading(
@@ -204,9 +204,9 @@ class ControllerSession:
 
     def _ask_whose(self) -> None:
         """Read the machine's identity again: a catheter is changed without other settings."""
-        found = paths.identity(self._folder)
-        if found not in (self._about_of, paths.NOWHERE):
-            self._about_of, self._about = found, paths.read(self._folder)
+        found = machine_folder.identity(self._folder)
+        if found not in (self._about_of, machine_folder.NOWHERE):
+            self._about_of, self._about = found, machine_folder.read(self._folder)
             self._context = self._context._replace(about=self._about)
 
     def take(self, found: Read, happened: list[ProcessEvent]) -> None:
@@ -262,7 +262,7 @@ class RecorderService:
 
     def __init__(self, folder: Path, out: Path) -> None:
         self._folder, self._out = folder, out
-        self._heartbeat, told = Heartbeat(folder), paths.read(folder)
+        self._heartbeat, told = Heartbeat(folder), machine_folder.read(folder)
         self._writer = DatabaseWriter(told.database)
         self._keeping = Keeping(
             self._writer, ReadCheckpoint(folder / MARK), Flushed(folder / FLUSHED)

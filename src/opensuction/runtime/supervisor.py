@@ -20,13 +20,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from opensuction.ipc.heartbeat import Heartbeat, Process, ProcessLock, holder
+from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock, holder
 from opensuction.ipc.ring import EventWriter
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
 from opensuction.runtime.control_process import PERIOD_NS
 from opensuction.runtime.loop import MISSED_S
-from opensuction.runtime.paths import (
+from opensuction.runtime.machine_folder import (
     CONSOLE,
     CONSOLE_ENDS_S,
     CONSOLES,

@@ -1,7 +1,7 @@
 """Controller and twin in a closed loop, a row of trace for each tick.
 
 Between the two lies a link with drives that watch over it (`opensuction.twin.fault.link`,
-`drive_watchdog`). It is played only where a fault of sensors, messages, power or controller is
+`fail_safe`). It is played only where a fault of sensors, messages, power or controller is
 injected; while no controller runs, the rows say that the machine has halted.
 
 Time between cycles, the machine at rest: the patient breathes and secretions gather.
@@ -46,8 +46,8 @@ from opensuction.twin import bedside, plant
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.coupling import TICKS, CouplingState
 from opensuction.twin.fault import link
-from opensuction.twin.machine import drive_watchdog, machine, suction_line
-from opensuction.twin.machine.drive_watchdog import Annunciator
+from opensuction.twin.machine import fail_safe, machine, suction_line
+from opensuction.twin.machine.fail_safe import Annunciator
 from opensuction.twin.machine.machine import Machine, MachineState, Truth
 
 DT_S = 0.001
@@ -175,7 +175,7 @@ def _tick(
         host = Host(overrun=late, conditions=0)
         inputs = Inputs(tick=tick, dt_s=DT_S, readings=readings, requests=requests, host=host)
         decided, outputs = controller.step(sides.controller, heads_mm, decided, inputs)
-    commands, shown, passed = outputs.commands, drive_watchdog.repeat(wanted(outputs)), None
+    commands, shown, passed = outputs.commands, fail_safe.repeat(wanted(outputs)), None
     if between is not None:
         now = Exchange(reported, readings, outputs, requests.reset, tick)
         commands, passed = command_drives(sides.wiring, between, now, DT_S)

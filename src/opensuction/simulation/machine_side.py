@@ -21,9 +21,9 @@ from opensuction.simulation.wiring import Wiring
 from opensuction.twin import plant
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import SILENT, LinkState, Message, Ring
-from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine import fail_safe, machine
 from opensuction.twin.machine.dc_axis import HandState
-from opensuction.twin.machine.drive_watchdog import Annunciator, Lines, WatchdogState
+from opensuction.twin.machine.fail_safe import Annunciator, Lines, WatchdogState
 from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.plant import PlantState
 
@@ -92,9 +92,9 @@ def _obey(
     came = Message(sent.commands, sent.wanted, tick if new else SILENT)
     recalled = link.recall(wires, past.got, past.sent, past.shown, tick)
     message, heard = link.receive_message(wires, state.link, came, recalled, tick)
-    listening = drive_watchdog.LISTENING if new and sent.released else state.watchdog
+    listening = fail_safe.LISTENING if new and sent.released else state.watchdog
     reported = machine.read(side.machine, state.plant.machine)
-    alone = drive_watchdog.step(
+    alone = fail_safe.step(
         side.wiring.watchdog, listening, heard, wires.mains, reported.head_mm, DT_S
     )
     lines = Lines(
@@ -105,11 +105,11 @@ def _obey(
         mains=wires.mains,
         lag_s=(tick - message.number) * DT_S,
     )
-    shown = drive_watchdog.step_annunciator(state.annunciator, lines, DT_S)
+    shown = fail_safe.step_annunciator(state.annunciator, lines, DT_S)
     commands: Commands = message.commands
     if alone.alone:
         powered = wires.mains or wires.reserve
-        commands = drive_watchdog.commands(
+        commands = fail_safe.commands(
             side.wiring.watchdog, alone, powered, reported.head_mm, reported.cam_rad
         )
     told = state.link._replace(message=message)
@@ -190,7 +190,7 @@ def begin(side: MachineSide, plant_state: PlantState) -> dict[str, Array]:
     """
     reading = machine.read(side.machine, plant_state.machine)
     told = LinkState(reading, make_zero(Message)._replace(number=SILENT))
-    state = MachineSideState(0, plant_state, told, drive_watchdog.LISTENING, drive_watchdog.DARK)
+    state = MachineSideState(0, plant_state, told, fail_safe.LISTENING, fail_safe.DARK)
     apart = _Apart(*(one.copy() for one in plain_row.arrays(state)))
     return {
         "side": plain_row.pack(MachineSide, side),

@@ -13,8 +13,8 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.interface import Commands, Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import SILENT, Link, LinkPast, LinkState, Message, Ring
-from opensuction.twin.machine import drive_watchdog
-from opensuction.twin.machine.drive_watchdog import Annunciator, DriveWatchdog, Lines, WatchdogState
+from opensuction.twin.machine import fail_safe
+from opensuction.twin.machine.fail_safe import Annunciator, DriveWatchdog, Lines, WatchdogState
 
 
 class Wiring(NamedTuple):
@@ -115,9 +115,7 @@ def _decide_alone(
     if not state.alone:
         return obeyed
     powered = wiring.link.mains or wiring.link.reserve
-    return drive_watchdog.commands(
-        wiring.watchdog, state, powered, reported.head_mm, reported.cam_rad
-    )
+    return fail_safe.commands(wiring.watchdog, state, powered, reported.head_mm, reported.cam_rad)
 
 
 @compiled
@@ -129,7 +127,7 @@ def command_drives(
     before = between.linked
     sent = Message(outputs.commands, wanted(outputs), now.tick if runs else SILENT)
     message, heard = link.receive_message(wires, before.link, sent, between.past, now.tick)
-    alone = drive_watchdog.step(
+    alone = fail_safe.step(
         wiring.watchdog, before.watchdog, heard, wires.mains, now.reported.head_mm, dt_s
     )
     lines = Lines(
@@ -140,7 +138,7 @@ def command_drives(
         mains=wires.mains,
         lag_s=(now.tick - message.number) * dt_s,
     )
-    shown = drive_watchdog.step_annunciator(before.annunciator, lines, dt_s)
+    shown = fail_safe.step_annunciator(before.annunciator, lines, dt_s)
     linked = LinkedState(LinkState(now.readings, message), alone, shown, outputs)
     obeyed = _decide_alone(wiring, alone, message.commands, now.reported)
     return obeyed, Passed(now.reported, sent, linked)
@@ -185,4 +183,4 @@ def _begin_link(last: row.Row, reading: Readings, tick: int) -> Message:
 def release_drives(last: row.Row) -> None:
     """A controller has started anew: the drives obey it. last: of `Messages`, written."""
     linked: LinkedState = read_link(last)
-    write_link(last, linked._replace(watchdog=drive_watchdog.LISTENING))
+    write_link(last, linked._replace(watchdog=fail_safe.LISTENING))

@@ -16,13 +16,13 @@ from opensuction.twin.conduit.play_line import SUM_OF_PLAYS as CLEARANCES
 from opensuction.twin.conduit.play_line import TransmissionClass, TransmissionKind
 from opensuction.twin.conduit.rate_friction import NO_FRICTION, NO_LAG, BoucWenLag, RateFriction
 from opensuction.twin.machine import catheter as catheter_model
-from opensuction.twin.machine import contact_switch, dc_axis, suction_line, transmission
+from opensuction.twin.machine import dc_axis, suction_line, tip_sensor, transmission
 from opensuction.twin.machine import machine as machine_model
 from opensuction.twin.machine.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
-from opensuction.twin.machine.contact_switch import ContactSwitch, Laser, LaserState
 from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis, ValveMechanism
 from opensuction.twin.machine.machine import Machine, MachineState
 from opensuction.twin.machine.suction_line import Bore, SuctionLine, SuctionState
+from opensuction.twin.machine.tip_sensor import ContactSwitch, Laser, LaserState
 from opensuction.twin.machine.transmission import Creep, Transmission, bundle
 from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.patient import patient_airway, patient_preset
@@ -344,7 +344,7 @@ def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run:
             contact_n=0.0,
             free_share=1.0,
         ),
-        switch=contact_switch.released(random_stream.stream(seed, SWITCH_PURPOSE + run)),
+        switch=tip_sensor.released(random_stream.stream(seed, SWITCH_PURPOSE + run)),
         laser=LaserState(
             reading_mm=moved.tip_mm,
             spare=0.0,

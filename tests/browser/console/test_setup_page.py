@@ -10,8 +10,8 @@ from opensuction.controller import configuration
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.vocabulary import Phase
 from opensuction.machine.twin.twin_process import SHOWN
-from opensuction.runtime import paths
-from opensuction.runtime.paths import CONFIGURATION
+from opensuction.runtime import machine_folder
+from opensuction.runtime.machine_folder import CONFIGURATION
 from opensuction.session.running import basis
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.browser.console.conftest import TABLET
@@ -126,7 +126,7 @@ def test_a_clinician_types_a_vacuum_sees_what_it_means_and_sets_it(
     page.locator("button.set:enabled").click()
     page.get_by_text("The machine goes by this now.").wait_for()
     assert vacuum_mmhg(at_bed) == 70.0
-    assert paths.read(at_bed.site.folder).protocol.name == "paediatric, changed"
+    assert machine_folder.read(at_bed.site.folder).protocol.name == "paediatric, changed"
 
 
 def test_who_is_late_keeps_what_was_typed_and_compares(page: "Page", at_bed: Bed) -> None:
@@ -229,4 +229,4 @@ def test_a_catheter_is_changed(page: "Page", at_bed: Bed) -> None:
     page.get_by_role("button", name="Hands are off").click()
     until(lambda: at_bed.room.phase() == Phase.PARKED)
     page.get_by_role("button", name="Take out of service").wait_for()
-    assert paths.read(at_bed.site.folder).catheter.label == "C-7001"
+    assert machine_folder.read(at_bed.site.folder).catheter.label == "C-7001"

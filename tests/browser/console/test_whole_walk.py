@@ -16,11 +16,11 @@ import httpx
 import pytest
 from playwright.sync_api import expect
 
-from opensuction.ipc.heartbeat import holder
+from opensuction.ipc.liveness import holder
 from opensuction.ipc.ring import RingReader
 from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.browser.console.conftest import TABLET
 from tests.cli.command import Process, begun, wait_for
@@ -60,7 +60,7 @@ class Ward(NamedTuple):
 
     def tip_mm(self) -> float:
         """By the twin itself."""
-        newest = RingReader(paths.find(self.name) / "machine.ring").snapshot()
+        newest = RingReader(machine_folder.find(self.name) / "machine.ring").snapshot()
         assert newest is not None
         return float(newest[1][SHOWN_COLUMNS.index("truth.tip_mm")])
 
@@ -93,11 +93,17 @@ def ward(tmp_path: Path) -> Iterator[Ward]:
         assert "ended in order" in program.communicate(timeout=60.0)[1]
     finally:
         program.kill()
-        folder = paths.make(name)
-        for lock in (paths.SUPERVISES, paths.CONSOLES, paths.RECORDS, paths.CONTROLS, PLAYS):
+        folder = machine_folder.make(name)
+        for lock in (
+            machine_folder.SUPERVISES,
+            machine_folder.CONSOLES,
+            machine_folder.RECORDS,
+            machine_folder.CONTROLS,
+            PLAYS,
+        ):
             if (pid := holder(folder / lock)) is not None:
                 os.kill(pid, signal.SIGKILL)
-        paths.clear(folder)
+        machine_folder.clear(folder)
         folder.rmdir()
 
 
@@ -189,7 +195,7 @@ def test_a_cycle_from_the_first_password_to_its_report(page: "Page", ward: Ward)
     """Watched to its end; in the middle of it the console hangs, dies and comes back by itself."""
     come_to_the_bed(page, ward)
     go_inside(page, ward)
-    console = holder(paths.find(ward.name) / paths.CONSOLES)
+    console = holder(machine_folder.find(ward.name) / machine_folder.CONSOLES)
     assert console is not None
     page.evaluate(NOTE_LOSS)
     hung_ms = 1e3 * time.time()

@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from opensuction.console.live.hub import Hub
-from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.procedure.cycle.transition import Event
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import RING
+from opensuction.runtime.machine_folder import RING
 from opensuction.safety.condition import OUT_FIRST, Condition
 from tests.console.written_machine import WrittenMachine
 

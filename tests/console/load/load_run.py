@@ -16,7 +16,7 @@ import numpy as np
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.record import Array
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import RING
+from opensuction.runtime.machine_folder import RING
 from tests.console.load.console_machine import ConsoleMachine, cpu_s, sleep_until
 from tests.console.load.pages import Came
 

@@ -5,7 +5,7 @@ import pytest
 from opensuction.console.live import machine_description
 from opensuction.kernel.interface import Requests
 from opensuction.kernel.vocabulary import Phase
-from opensuction.runtime.paths import CONFIGURATION
+from opensuction.runtime.machine_folder import CONFIGURATION
 from opensuction.safety import limits as safety_limits
 from tests.console.served import Served
 

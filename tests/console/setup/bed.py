@@ -13,7 +13,7 @@ from opensuction.console.app import create_app
 from opensuction.console.guard.limits import UNHURRIED
 from opensuction.control.compensation import CompensationKind
 from opensuction.records.records import Records
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from opensuction.session.running import basis
 from tests.accounts.example import CHEAP
 from tests.console.served import PORT, Served, employ_all, make_site
@@ -60,9 +60,9 @@ def prepare(folder: Path) -> None:
 def bed(folder: Path, port: int = PORT) -> Iterator[Bed]:
     """A machine that is parked, with a console before it; a busy computer does not halt it."""
     with running(in_step=True) as room:
-        told = paths.read(room.folder)
+        told = machine_folder.read(room.folder)
         database = str(folder / "records.db")
-        paths.write(room.folder, told._replace(database=database))
+        machine_folder.write(room.folder, told._replace(database=database))
         prepare(room.folder)
         with Records.open(database) as records:
             accounts = Accounts(records.database, hasher=CHEAP)

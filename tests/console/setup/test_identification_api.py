@@ -9,8 +9,8 @@ import pytest
 
 from opensuction.controller import configuration
 from opensuction.kernel.vocabulary import RESTING
-from opensuction.runtime import paths
-from opensuction.runtime.paths import CONFIGURATION
+from opensuction.runtime import machine_folder
+from opensuction.runtime.machine_folder import CONFIGURATION
 from opensuction.session.running import basis
 from tests.console.setup.bed import Bed, bed, until
 
@@ -58,7 +58,7 @@ def test_found_beside_the_machine_and_accepted_with_a_reason(at_bed: Bed) -> Non
     assert taken.status_code == 200, taken.text
     after = configuration.from_json((at_bed.site.folder / CONFIGURATION).read_text())
     assert after.settings.compensation.model != before.settings.compensation.model
-    parameters = paths.read(at_bed.site.folder).parameter_file
+    parameters = machine_folder.read(at_bed.site.folder).parameter_file
     assert parameters is not None
     assert parameters.name == f"calibration-{run}.toml"
     assert basis.read(at_bed.site.folder).calibrated_by == f"accepted {parameters.name}"

@@ -9,7 +9,7 @@ import pytest
 
 from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.machine.port import DESCRIPTION, EVERYTHING, NOTHING, Capabilities, describe
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from tests.console import written_machine
 from tests.console.served import Served, served
 from tests.machine.bare_machine import MACHINE_FACTS
@@ -19,9 +19,9 @@ def begin(folder: Path, monkeypatch: pytest.MonkeyPatch, has: Capabilities) -> I
     told = describe(MACHINE_FACTS._replace(capabilities=has))
     monkeypatch.setitem(written_machine.TOLD, DESCRIPTION, told)
     with served(folder) as made:
-        about = paths.read(made.site.folder)
+        about = machine_folder.read(made.site.folder)
         machine = about.machine._replace(is_twin=False)
-        paths.write(made.site.folder, about._replace(machine=machine))
+        machine_folder.write(made.site.folder, about._replace(machine=machine))
         yield made
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from opensuction.controller import configuration
-from opensuction.runtime import paths
-from opensuction.runtime.paths import CONFIGURATION
+from opensuction.runtime import machine_folder
+from opensuction.runtime.machine_folder import CONFIGURATION
 from opensuction.session.running import basis
 from tests.console.setup.bed import Bed, bed, until
 
@@ -76,7 +76,7 @@ def test_a_clinician_sets_a_weaker_vacuum_and_machine_records_and_names_go_with_
     after = in_force(at_bed)
     assert after.settings.plan.vacuum_mmhg == 70.0
     assert after.settings.service == before.settings.service
-    told = paths.read(at_bed.site.folder)
+    told = machine_folder.read(at_bed.site.folder)
     assert told.protocol.name == "paediatric, changed"
     assert '"vacuum_mmhg": 70.0' in told.protocol.content
     assert told.heading["protocol"] == "paediatric, changed"
@@ -184,5 +184,5 @@ def test_the_twins_patient_gets_another_pseudonym_and_no_other_body(at_bed: Bed,
     assert name.json()["errors"][0]["field"] == "pseudonym"
     assert at_bed.client("engineer").put("/api/v1/patient", json=sent).status_code == 403
     assert client.put("/api/v1/patient", json=sent).status_code == 200
-    assert paths.read(at_bed.site.folder).patient == "P-0042"
+    assert machine_folder.read(at_bed.site.folder).patient == "P-0042"
     assert at_bed.actions()[0][1:] == ("choose-patient", "pseudonym P-1 -> P-0042")

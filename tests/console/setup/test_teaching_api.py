@@ -9,7 +9,7 @@ import pytest
 
 from opensuction.kernel.vocabulary import RESTING, Phase
 from opensuction.procedure.cycle.lock_out import Refusal
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from tests.console.setup.bed import Bed, bed, until
 from tests.runtime.machine_room import wait
 
@@ -93,7 +93,7 @@ def test_step_by_step_the_carina_is_taught_and_the_protocol_fits_it(at_bed: Bed)
     assert after["version"] == before["version"] + 2
     whats = [what for _, what, _ in at_bed.actions()]
     assert whats[:2] == ["take-taught-length", "prepare-teaching"]
-    assert paths.read(at_bed.site.folder).protocol.name == "paediatric"
+    assert machine_folder.read(at_bed.site.folder).protocol.name == "paediatric"
     press(at_bed, "oxygen_skipped", "start")
     until(lambda: at_bed.room.phase() == Phase.CHECKING)
     press(at_bed, "abort")
@@ -158,7 +158,7 @@ def test_a_catheter_is_changed_out_of_service_and_its_day_begins_anew(at_bed: Be
     assert after["label"] == "C-0099"
     assert after["left_s"] > after["life_s"] - 5.0
     assert after["left_s"] > before["left_s"]
-    assert paths.read(at_bed.site.folder).catheter.label == "C-0099"
+    assert machine_folder.read(at_bed.site.folder).catheter.label == "C-0099"
     assert at_bed.actions()[0][1:] == ("change-catheter", "c-1 -> C-0099, 6 Fr")
     press(at_bed, "return_to_service")
     until(lambda: room.phase() == Phase.PARKED)

@@ -11,7 +11,7 @@ from opensuction.safety.handling import Priority
 
 @pytest.mark.parametrize("priority", [Priority.HIGH, Priority.MEDIUM, Priority.LOW])
 def test_the_file_holds_the_pattern_of_its_priority(priority: Priority) -> None:
-    with wave.open(io.BytesIO(page.encode(priority))) as file:
+    with wave.open(io.BytesIO(page.encode_alarm(priority))) as file:
         rate_hz = file.getframerate()
         assert (file.getnchannels(), file.getsampwidth()) == (1, 2)
         assert file.getnframes() == page.SECONDS * rate_hz

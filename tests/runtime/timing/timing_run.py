@@ -26,9 +26,9 @@ from opensuction.kernel.vocabulary import RESTING
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.oracle import exposure
-from opensuction.runtime import launch, paths
+from opensuction.runtime import launch, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import ASK, EVENTS, RING
+from opensuction.runtime.machine_folder import ASK, EVENTS, RING
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.controller.bedside import hurried
@@ -164,7 +164,7 @@ def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int)
     processes = []
     try:
         launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
-        paths.write(folder, ABOUT._replace(database=str(folder / "records.db")))
+        machine_folder.write(folder, ABOUT._replace(database=str(folder / "records.db")))
         processes.append(twin_machine.start(folder, loop, state, seed=1))
         processes.append(launch.start_control(folder, period))
         processes.append(launch.start_recorder(folder, out))

@@ -14,7 +14,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import name_of
 from opensuction.machine.twin.twin_machine import TwinMachine
 from opensuction.records.records import Records
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
@@ -35,23 +35,23 @@ def begun() -> Iterator[Prepared]:
     twin = machine.begin(NAME, made, None, anew=False).twin
     assert isinstance(twin, subprocess.Popen)
     yield made
-    machine.end(paths.find(NAME))
+    machine.end(machine_folder.find(NAME))
     assert twin.wait(5.0) == 0
-    paths.clear(paths.find(NAME))
-    paths.find(NAME).rmdir()
+    machine_folder.clear(machine_folder.find(NAME))
+    machine_folder.find(NAME).rmdir()
 
 
 def test_what_people_have_set_on_it_stays_as_they_set_it(begun: Prepared) -> None:
-    folder = paths.find(NAME)
-    present = configuration.from_json((folder / paths.CONFIGURATION).read_text())
+    folder = machine_folder.find(NAME)
+    present = configuration.from_json((folder / machine_folder.CONFIGURATION).read_text())
     plan = present.settings.plan._replace(dwell_s=0.5 * present.settings.plan.dwell_s)
     changed = present._replace(settings=present.settings._replace(plan=plan))
     text = configuration.to_json(changed)
-    (folder / paths.CONFIGURATION).write_text(text)
+    (folder / machine_folder.CONFIGURATION).write_text(text)
     basis.write(folder, basis.of(begun)._replace(version=2))
     again = machine.begin(NAME, prepared(), None, anew=False)
     assert again.twin is None
-    assert (folder / paths.CONFIGURATION).read_text() == text
+    assert (folder / machine_folder.CONFIGURATION).read_text() == text
     assert basis.read(folder).version == 2
     with closing(TwinMachine(folder)) as port:
         assert port.facts.in_silico
@@ -69,14 +69,14 @@ def test_records_that_take_no_alarm_are_refused_before_a_machine_begins(tmp_path
 
 
 def test_one_that_was_begun_otherwise_is_refused_and_left_alone(begun: Prepared) -> None:
-    folder = paths.find(NAME)
-    text = (folder / paths.CONFIGURATION).read_text()
+    folder = machine_folder.find(NAME)
+    text = (folder / machine_folder.CONFIGURATION).read_text()
     controller = begun.loop.controller
     limits = controller.limits._replace(in_airway_s=0.5 * controller.limits.in_airway_s)
     other = begun.loop._replace(controller=controller._replace(limits=limits))
     with pytest.raises(InputError, match="still plays, with other settings"):
         machine.begin(NAME, begun._replace(loop=other), None, anew=False)
-    (folder / paths.BEGUN_WITH).unlink()
+    (folder / machine_folder.BEGUN_WITH).unlink()
     with pytest.raises(InputError, match="still plays, with other settings"):
         machine.begin(NAME, begun, None, anew=False)
-    assert (folder / paths.CONFIGURATION).read_text() == text
+    assert (folder / machine_folder.CONFIGURATION).read_text() == text

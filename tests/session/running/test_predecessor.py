@@ -19,7 +19,7 @@ from opensuction.controller import controller
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.vocabulary import Phase, name_of
 from opensuction.machine.twin import twin_machine
-from opensuction.runtime import control_process, paths
+from opensuction.runtime import control_process, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -42,9 +42,9 @@ def folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Of machines whose twin is no process, so that none answers."""
     monkeypatch.setattr(twin_machine, "start", lambda *_: None)
     monkeypatch.setattr(time, "monotonic", lambda: OFF_S)
-    made = paths.make(NAME)
+    made = machine_folder.make(NAME)
     yield made
-    paths.clear(made)
+    machine_folder.clear(made)
     made.rmdir()
 
 
@@ -56,7 +56,7 @@ def leave(folder: Path, tip_mm: float, phase: Phase = Phase.HALTED) -> None:
     row["state.core.procedure.phase"] = float(phase)
     for name in ("foremost_mm", "rearmost_mm"):
         row[f"state.core.governor.watch.tip.{name}"] = tip_mm
-    with closing(RingWriter(folder / paths.RING, ROW_COLUMNS, 4, {})) as ring:
+    with closing(RingWriter(folder / machine_folder.RING, ROW_COLUMNS, 4, {})) as ring:
         ring.write(np.array(list(row.values())))
 
 
@@ -97,7 +97,7 @@ def test_it_outlives_an_end_in_which_the_machine_does_not_answer(
     begun = begin(prepared)
     leave(folder, 60.0)
     begun.end()
-    assert [one.name for one in folder.iterdir()] == [paths.BEFORE]
+    assert [one.name for one in folder.iterdir()] == [machine_folder.BEFORE]
     lost = begin(prepared).lost
     assert lost is not None
     assert lost.was_inside
@@ -107,7 +107,7 @@ def test_it_outlives_an_end_in_which_the_machine_does_not_answer(
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"kept": [1], "ended_s": 0, "phase": 0}'])
 def test_what_cannot_be_read_is_nothing(folder: Path, text: str) -> None:
-    (folder / paths.BEFORE).write_text(text)
+    (folder / machine_folder.BEFORE).write_text(text)
     assert control_process.read_before(folder) is None
     assert machine.find(folder) is None
 

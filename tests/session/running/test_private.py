@@ -10,15 +10,15 @@ import pytest
 
 from opensuction.console.console_process import LOG_FILE, PrivateLog
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc import heartbeat
-from opensuction.ipc.heartbeat import Heartbeat, ProcessLock
+from opensuction.ipc import liveness
+from opensuction.ipc.liveness import Heartbeat, ProcessLock
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.ipc.ring import EventWriter, ReadCheckpoint
 from opensuction.kernel.errors import InputError
 from opensuction.machine.port import BACKEND
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import BEGUN
-from opensuction.runtime import launch, paths
+from opensuction.runtime import launch, machine_folder
 from opensuction.session.running import basis, console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
 from opensuction.twin.plant import PlantState
@@ -40,22 +40,28 @@ def begin_twin(folder: Path) -> None:
 
 def listen(folder: Path) -> None:
     """As a controller that dies: the sockets stay in the folder."""
-    for own in Mailbox(folder / paths.ASK)._sockets:
+    for own in Mailbox(folder / machine_folder.ASK)._sockets:
         own.close()
 
 
 WRITERS: dict[str, Callable[[Path], object]] = {
-    paths.ABOUT: lambda folder: paths.write(folder, ABOUT),
-    paths.BASIS: lambda folder: basis.write(folder, at_bed()),
-    paths.CONFIGURATION: lambda folder: launch.configure(folder, CHOSEN),
-    paths.CONSOLE: lambda folder: console_settings.write(folder, CONSOLE),
-    paths.MARK: lambda folder: ReadCheckpoint(folder / paths.MARK),
-    paths.CONTROLS: lambda folder: ProcessLock(folder / paths.CONTROLS, "").close(),
-    paths.EVENTS: lambda folder: EventWriter(folder / paths.EVENTS).close(),
-    paths.EVENTS + ".lock": lambda folder: EventWriter(folder / paths.EVENTS).close(),
-    paths.EVENTS + ".new": lambda folder: EventWriter(folder / paths.EVENTS).close(),
-    paths.ASK: listen,
-    heartbeat.FILE: Heartbeat,
+    machine_folder.ABOUT: lambda folder: machine_folder.write(folder, ABOUT),
+    machine_folder.BASIS: lambda folder: basis.write(folder, at_bed()),
+    machine_folder.CONFIGURATION: lambda folder: launch.configure(folder, CHOSEN),
+    machine_folder.CONSOLE: lambda folder: console_settings.write(folder, CONSOLE),
+    machine_folder.MARK: lambda folder: ReadCheckpoint(folder / machine_folder.MARK),
+    machine_folder.CONTROLS: lambda folder: ProcessLock(
+        folder / machine_folder.CONTROLS, ""
+    ).close(),
+    machine_folder.EVENTS: lambda folder: EventWriter(folder / machine_folder.EVENTS).close(),
+    machine_folder.EVENTS + ".lock": lambda folder: EventWriter(
+        folder / machine_folder.EVENTS
+    ).close(),
+    machine_folder.EVENTS + ".new": lambda folder: EventWriter(
+        folder / machine_folder.EVENTS
+    ).close(),
+    machine_folder.ASK: listen,
+    liveness.FILE: Heartbeat,
     BEGUN: begin_twin,
     BACKEND: begin_twin,
     LOG_FILE: lambda folder: PrivateLog(folder / LOG_FILE).close(),

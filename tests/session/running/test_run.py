@@ -12,7 +12,7 @@ from opensuction.ipc.ring import EventWriter, RingWriter
 from opensuction.records.entry import CycleEnd, Outcome
 from opensuction.records.records import Records
 from opensuction.result.plain import to_json
-from opensuction.runtime import launch, paths
+from opensuction.runtime import launch, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import SupervisorNotice
 from opensuction.session.cycle.cycle_run import Prepared
@@ -32,8 +32,8 @@ KEYS = [
 
 def sum_up(folder: Path, reason: str = "") -> RunResult:
     """The result of a run that began at noon in this folder, with its records in ``ward.db``."""
-    if not (folder / paths.EVENTS).exists():
-        EventWriter(folder / paths.EVENTS).close()
+    if not (folder / machine_folder.EVENTS).exists():
+        EventWriter(folder / machine_folder.EVENTS).close()
     about = ABOUT._replace(machine=MACHINE)
     running = Running("m", folder, cast("Prepared", None), about, None)
     done = Done([STARTED], reason, True, tally_of(folder), NOON, 0.0)
@@ -81,11 +81,11 @@ def test_the_json_has_the_promised_keys_and_null_for_what_was_not_measured(ward:
 
 
 def test_what_the_loop_and_the_recorder_said_is_told(ward: Path) -> None:
-    with EventWriter(ward / paths.EVENTS) as events:
+    with EventWriter(ward / machine_folder.EVENTS) as events:
         events.write("began", 0, scheduler="other", refusals="no locked memory; no fifo")
     launch.log_of(ward, launch.RECORDER).write_text("begun\nopensuction: no space left\n")
     row = np.zeros(len(ROW_COLUMNS))
-    with RingWriter(ward / paths.RING, ROW_COLUMNS, 100, {}) as ring:
+    with RingWriter(ward / machine_folder.RING, ROW_COLUMNS, 100, {}) as ring:
         row[ROW_COLUMNS.index("loop.computed_s")] = 2e-4
         ring.write(row)
         row[ROW_COLUMNS.index("loop.skipped")] = 2.0

@@ -7,7 +7,7 @@ import pytest
 
 from opensuction.ipc.ring import RingWriter
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import RING
+from opensuction.runtime.machine_folder import RING
 from opensuction.session.running.run import Tally
 
 TOOK, SKIPPED = ROW_COLUMNS.index("loop.computed_s"), ROW_COLUMNS.index("loop.skipped")

@@ -10,17 +10,17 @@ from hypothesis import strategies as st
 from opensuction.kernel import random_stream
 from opensuction.twin.airway import airway
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.machine import contact_switch, transmission
+from opensuction.twin.machine import tip_sensor, transmission
 from opensuction.twin.machine.machine import Machine
 from tests.twin.fault.broken_machine import HEALTHY, faulty
 from tests.twin.holding import DT_S
 
 
 def readings_of_the_switch(twin: Machine, forces_n: list[float]) -> list[bool]:
-    state = contact_switch.released(random_stream.stream(1, 1))
+    state = tip_sensor.released(random_stream.stream(1, 1))
     seen = []
     for force_n in forces_n:
-        state = contact_switch.step(twin.switch, state, force_n, DT_S)
+        state = tip_sensor.step(twin.switch, state, force_n, DT_S)
         seen.append(bool(state.reading))
     return seen
 

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.twin.machine import drive_watchdog
-from opensuction.twin.machine.drive_watchdog import DARK, LATE_S, SILENCE_S, Annunciator, Lines
+from opensuction.twin.machine import fail_safe
+from opensuction.twin.machine.fail_safe import DARK, LATE_S, SILENCE_S, Annunciator, Lines
 
 DT_S = 0.001
 LATE_TICKS = round(LATE_S / DT_S)
@@ -16,16 +16,16 @@ SILENCE = WELL._replace(heard=False)
 def shown(*ticks: Lines) -> Annunciator:
     state = DARK
     for lines in ticks:
-        state = drive_watchdog.step_annunciator(state, lines, DT_S)
+        state = fail_safe.step_annunciator(state, lines, DT_S)
     return state
 
 
 @given(st.integers(0, 2**53 - 1), st.integers(0, 2**53 - 1))
 def test_it_shows_what_the_last_message_says(first: int, last: int) -> None:
     said = WELL._replace(wanted=first)
-    assert shown(said) == drive_watchdog.repeat(first)
-    assert shown(said, WELL._replace(wanted=last)) == drive_watchdog.repeat(last)
-    assert shown(said, *[SILENCE._replace(wanted=last)] * 100) == drive_watchdog.repeat(first)
+    assert shown(said) == fail_safe.repeat(first)
+    assert shown(said, WELL._replace(wanted=last)) == fail_safe.repeat(last)
+    assert shown(said, *[SILENCE._replace(wanted=last)] * 100) == fail_safe.repeat(first)
 
 
 def test_the_watchdogs_sign_stays_until_a_person_resets_it() -> None:

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from opensuction.kernel import random_stream
 from opensuction.twin import parameter, preset
-from opensuction.twin.machine import contact_switch
-from opensuction.twin.machine.contact_switch import ContactSwitch, SwitchState
+from opensuction.twin.machine import tip_sensor
+from opensuction.twin.machine.tip_sensor import ContactSwitch, SwitchState
 
 DT_S = 0.001
 SWITCH = preset.machine(parameter.nominal(parameter.BENCH)).switch
@@ -24,10 +24,10 @@ def readings(
     switch: ContactSwitch, forces_n: list[float], seed: int = 1
 ) -> tuple[list[bool], SwitchState]:
     """What is read after each tick, and the state at the end."""
-    state = contact_switch.released(random_stream.stream(seed, 7))
+    state = tip_sensor.released(random_stream.stream(seed, 7))
     read = []
     for force_n in forces_n:
-        state = contact_switch.step(switch, state, force_n, DT_S)
+        state = tip_sensor.step(switch, state, force_n, DT_S)
         read.append(state.reading)
     return read, state
 

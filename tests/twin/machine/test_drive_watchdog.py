@@ -8,8 +8,8 @@ from opensuction.kernel.interface import Commands
 from opensuction.twin import preset
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.machine import drive_watchdog, machine
-from opensuction.twin.machine.drive_watchdog import (
+from opensuction.twin.machine import fail_safe, machine
+from opensuction.twin.machine.fail_safe import (
     BRAKING_MM_PER_S2,
     INWARDS_MM,
     LISTENING,
@@ -24,10 +24,10 @@ from tests.twin.holding import hold_machine
 DT_S = 0.001
 VALUES = nominal(BENCH)
 MACHINE = preset.machine(VALUES)
-WATCHDOG = drive_watchdog.of(MACHINE, 0.0)
+WATCHDOG = fail_safe.of(MACHINE, 0.0)
 FAST_VALUES = nominal(CLINICAL)
 FAST = preset.machine(FAST_VALUES)
-FAST_WATCHDOG = drive_watchdog.of(FAST, 0.0)
+FAST_WATCHDOG = fail_safe.of(FAST, 0.0)
 SILENCE_TICKS = round(SILENCE_S / DT_S)
 VALVE_OPEN = Commands(
     head_mm=0.0,
@@ -46,7 +46,7 @@ def after(silences: list[int]) -> WatchdogState:
     state = LISTENING
     for ticks in silences:
         for heard in (*[False] * ticks, True):
-            state = drive_watchdog.step(WATCHDOG, state, heard, True, 40.0, DT_S)
+            state = fail_safe.step(WATCHDOG, state, heard, True, 40.0, DT_S)
     return state
 
 
@@ -63,7 +63,7 @@ def test_a_longer_silence_is_acted_on_and_later_commands_change_nothing() -> Non
 
 
 def test_a_loss_of_mains_is_acted_on_at_once() -> None:
-    assert drive_watchdog.step(WATCHDOG, LISTENING, True, False, 40.0, DT_S).alone
+    assert fail_safe.step(WATCHDOG, LISTENING, True, False, 40.0, DT_S).alone
 
 
 def alone(
@@ -79,10 +79,10 @@ def alone(
     orders = VALVE_OPEN
     for _ in range(round(seconds / DT_S)):
         head_mm = machine.read(driven, body).head_mm
-        state = drive_watchdog.step(WATCHDOG, state, False, powered, head_mm, DT_S)
+        state = fail_safe.step(WATCHDOG, state, False, powered, head_mm, DT_S)
         orders = VALVE_OPEN
         if state.alone:
-            orders = drive_watchdog.commands(WATCHDOG, state, powered, head_mm, 0.0)
+            orders = fail_safe.commands(WATCHDOG, state, powered, head_mm, 0.0)
         body = machine.step(driven, body, orders, DT_S)
     return body, orders
 
@@ -116,10 +116,10 @@ def test_a_head_that_the_motor_drives_in_instead_of_out_is_let_go() -> None:
 
 @given(st.lists(st.floats(40.0, 40.0 + INWARDS_MM), max_size=30))
 def test_a_head_that_coasts_is_drawn_out_all_the_same(coasting_mm: list[float]) -> None:
-    state = drive_watchdog.step(WATCHDOG, LISTENING, False, False, 40.0, DT_S)
+    state = fail_safe.step(WATCHDOG, LISTENING, False, False, 40.0, DT_S)
     for head_mm in coasting_mm:
-        state = drive_watchdog.step(WATCHDOG, state, False, False, head_mm, DT_S)
-    assert drive_watchdog.commands(WATCHDOG, state, True, 40.0, 0.0).insertion_on
+        state = fail_safe.step(WATCHDOG, state, False, False, head_mm, DT_S)
+    assert fail_safe.commands(WATCHDOG, state, True, 40.0, 0.0).insertion_on
 
 
 @pytest.mark.requirement("OS-R39")
@@ -131,9 +131,9 @@ def test_a_head_at_any_speed_coasts_and_is_drawn_out(speed_mm_per_s: float) -> N
     for tick in range(4000):
         head_mm = machine.read(FAST, body).head_mm
         heard = tick < 1000
-        state = drive_watchdog.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
+        state = fail_safe.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
         if state.alone:
-            orders = drive_watchdog.commands(FAST_WATCHDOG, state, True, head_mm, 0.0)
+            orders = fail_safe.commands(FAST_WATCHDOG, state, True, head_mm, 0.0)
         elif heard:
             wanted_mm += speed_mm_per_s * DT_S
             volts = FAST.insertion_axis.voltage_limit_v
@@ -153,7 +153,7 @@ def test_a_head_that_goes_further_than_its_speed_carries_it_is_let_go(
     for tick in range(2000):
         heard = tick < 500
         head_mm += max(speed_mm_per_s, 5.0 * (not heard)) * DT_S
-        state = drive_watchdog.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
+        state = fail_safe.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
         if state.astray:
             gone_mm = head_mm - state.from_mm
             break
@@ -165,5 +165,5 @@ def test_a_head_that_goes_further_than_its_speed_carries_it_is_let_go(
 @given(st.floats(-50.0, 200.0), st.floats(-300.0, 300.0))
 def test_the_drives_never_push_in(head_mm: float, ramp_mm: float) -> None:
     before = LISTENING._replace(silent_s=1.0, alone=True, alone_s=1.0, ramp_mm=ramp_mm)
-    state = drive_watchdog.step(WATCHDOG, before, False, True, head_mm, DT_S)
-    assert drive_watchdog.commands(WATCHDOG, state, True, head_mm, 0.0).insertion_v <= 0.0
+    state = fail_safe.step(WATCHDOG, before, False, True, head_mm, DT_S)
+    assert fail_safe.commands(WATCHDOG, state, True, head_mm, 0.0).insertion_v <= 0.0

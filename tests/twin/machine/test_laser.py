@@ -2,8 +2,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel import random_stream
-from opensuction.twin.machine import contact_switch
-from opensuction.twin.machine.contact_switch import Laser, LaserState
+from opensuction.twin.machine import tip_sensor
+from opensuction.twin.machine.tip_sensor import Laser, LaserState
 from opensuction.twin.preset import NOISE_PURPOSE
 
 SAMPLES = 40_000
@@ -15,7 +15,7 @@ def noise(seed: int, run: int, samples: int = SAMPLES) -> NDArray[np.float64]:
     state = LaserState(reading_mm=0.0, spare=0.0, has_spare=False, stream=stream)
     readings = np.empty(samples)
     for k in range(samples):
-        state = contact_switch.step_laser(Laser(noise_mm=0.08), state, 5.0)
+        state = tip_sensor.step_laser(Laser(noise_mm=0.08), state, 5.0)
         readings[k] = state.reading_mm
     return readings - 5.0
 
@@ -46,5 +46,5 @@ def test_runs_and_seeds_have_independent_noise() -> None:
 def test_no_noise_reads_the_tip() -> None:
     state = LaserState(0.0, 0.0, False, random_stream.stream(1, NOISE_PURPOSE))
     for tip in (3.0, 4.0, -1.0):
-        state = contact_switch.step_laser(Laser(noise_mm=0.0), state, tip)
+        state = tip_sensor.step_laser(Laser(noise_mm=0.0), state, tip)
         assert state.reading_mm == tip

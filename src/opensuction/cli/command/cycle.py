@@ -338,13 +338,13 @@ def _named(folder: Path, names: list[str], trace: Path | None) -> list[str]:
 
 def _sound(result: "CycleResult") -> dict[str, bytes]:
     """Sound of the most urgent alarm, as a file; nothing where there was none."""
-    from opensuction.report.cycle.page import encode
+    from opensuction.report.cycle.page import encode_alarm
     from opensuction.safety.handling import Priority
 
     if not result.alarms:
         return {}
     loudest = max(Priority[alarm.priority.upper()] for alarm in result.alarms)
-    return {SOUND: encode(loudest)}
+    return {SOUND: encode_alarm(loudest)}
 
 
 COMMAND = Command(

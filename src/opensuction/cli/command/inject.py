@@ -86,10 +86,10 @@ def _bus(options: InjectOptions) -> "Bus | None":
 
 def _find(machine: Path) -> Path:
     """The folder of a machine that was named, or the one that was given."""
-    from opensuction.runtime import paths
+    from opensuction.runtime import machine_folder
 
     if machine.name == str(machine) and not machine.is_dir():
-        machine = paths.find(str(machine))
+        machine = machine_folder.find(str(machine))
     if not machine.is_dir():
         raise InputError(f"no machine plays in {machine}: name one that runs, or its folder")
     return machine

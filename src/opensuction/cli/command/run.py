@@ -146,7 +146,7 @@ def _begin(
     options: MachineOptions, resolved: "ResolvedCycle", progress: "ProgressTeller"
 ) -> "Running":
     """The machine, whose twin plays."""
-    from opensuction.runtime import paths
+    from opensuction.runtime import machine_folder
     from opensuction.session.cycle import cycle_run
     from opensuction.session.running import machine
 
@@ -161,7 +161,7 @@ def _begin(
         progress.tell("The twin of an earlier run still plays: it is taken up")
     elif running.lost is not None:
         progress.tell(running.lost.succession)
-    if elsewhere := paths.passed_by(running.folder):
+    if elsewhere := machine_folder.passed_by(running.folder):
         progress.tell(elsewhere)
     return running
 

@@ -23,7 +23,7 @@ from opensuction.kernel.vocabulary import Phase, name_of
 from opensuction.runtime import launch
 from opensuction.runtime.launch import CONTROLLER_REQUEST_LOOKS_S, PRESSED
 from opensuction.runtime.machine_button import BUTTONS
-from opensuction.runtime.paths import EVENTS
+from opensuction.runtime.machine_folder import EVENTS
 
 ANSWERS_S = 0.5
 """Within this time an answer is there: five hundred ticks."""

@@ -24,7 +24,7 @@ from opensuction.console.live import state
 from opensuction.console.live.state import Seen, State
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.heartbeat import FILE, Heartbeat
+from opensuction.ipc.liveness import FILE, Heartbeat
 from opensuction.ipc.ring import FollowedRing
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -34,7 +34,7 @@ from opensuction.machine.port import Description
 from opensuction.procedure.cycle.transition import Event
 from opensuction.records.records import Records
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import CONFIGURATION, RING, About
+from opensuction.runtime.machine_folder import CONFIGURATION, RING, About
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
 

@@ -18,7 +18,7 @@ from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.records.database import utc_time
 from opensuction.report import wording
 from opensuction.runtime.machine_button import PRESSABLE
-from opensuction.runtime.paths import About
+from opensuction.runtime.machine_folder import About
 from opensuction.safety.limits import head_cap_mm
 
 

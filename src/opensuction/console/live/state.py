@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from opensuction.console.live import row as rows
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
-from opensuction.ipc.heartbeat import Heartbeat, Process
+from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.kernel.compiled import as_python
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import Phase, name_of

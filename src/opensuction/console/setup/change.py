@@ -28,9 +28,9 @@ from opensuction.procedure.planning import guideline
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Action, SettingsFile
-from opensuction.runtime import control_process, launch, paths
+from opensuction.runtime import control_process, launch, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS, SET
-from opensuction.runtime.paths import About
+from opensuction.runtime.machine_folder import About
 from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
 
@@ -221,7 +221,7 @@ def carry_out(site: ConsoleContext, change: SettingsChange) -> Basis:
     files += [folder / control_process.beside(name, key) for name in control_process.TOGETHER]
     try:
         private_file.write(files[0], configuration.to_json(chosen))
-        paths.write(folder, _about(site, change), files[1].name)
+        machine_folder.write(folder, _about(site, change), files[1].name)
         bases.write(folder, following, files[2].name)
         verdict = ask(folder, SET_PROTOCOL, change.who, key)
     except OSError as error:
@@ -238,7 +238,7 @@ def carry_out(site: ConsoleContext, change: SettingsChange) -> Basis:
 
 def _present(folder: Path) -> Configuration:
     try:
-        text = (folder / paths.CONFIGURATION).read_text(encoding="utf-8")
+        text = (folder / machine_folder.CONFIGURATION).read_text(encoding="utf-8")
         return configuration.from_json(text)
     except (OSError, UnicodeDecodeError, InputError) as error:
         raise Problem(503, f"the settings in force cannot be read: {error}") from None

@@ -24,8 +24,8 @@ from opensuction.procedure.planning import clinical, planner
 from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Guideline
 from opensuction.procedure.planning.protocol import Protocol, Site
 from opensuction.records import entry
-from opensuction.runtime import paths
-from opensuction.runtime.paths import About
+from opensuction.runtime import machine_folder
+from opensuction.runtime.machine_folder import About
 from opensuction.session.running import basis as bases
 from opensuction.session.running.basis import Basis
 
@@ -81,7 +81,7 @@ def put_patient(
             raise Problem(409, "nothing would be other than it is")
         detail = f"pseudonym {told.patient} -> {pseudonym}"
         change.record(site, who.account, "choose-patient", detail, key)
-        paths.write(site.folder, told._replace(patient=pseudonym))
+        machine_folder.write(site.folder, told._replace(patient=pseudonym))
         bases.write(site.folder, found._replace(version=found.version + 1))
 
 

@@ -27,7 +27,7 @@ from opensuction.machine.port import Capabilities, HandTask, SimulatedHand
 from opensuction.procedure.cycle.teaching import PLAUSIBLE
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.records import entry
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from opensuction.session.running.basis import Basis
 
 NEW_S = 5.0
@@ -72,7 +72,9 @@ def put(site: ConsoleContext, who: Session, label: str, key: str) -> None:
             if time.monotonic() > ends_s:
                 raise Problem(409, "the controller did not take it: is it out of service?")
             time.sleep(0.01)
-        paths.write(site.folder, told._replace(catheter=told.catheter._replace(label=label)))
+        machine_folder.write(
+            site.folder, told._replace(catheter=told.catheter._replace(label=label))
+        )
 
 
 def _check_label(site: ConsoleContext, label: str) -> None:
@@ -276,7 +278,7 @@ def _hold(site: ConsoleContext, found: Basis, task: HandTask) -> None:
     if hand is None:
         raise Problem(409, OWN_HAND)
     try:
-        text = (site.folder / paths.CONFIGURATION).read_text(encoding="utf-8")
+        text = (site.folder / machine_folder.CONFIGURATION).read_text(encoding="utf-8")
         park_mm = configuration.from_json(text).settings.parked.head_mm
         hand.hold(task, park_mm, -found.site.park_mm)
     except (InputError, OSError) as error:

@@ -14,7 +14,7 @@ from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import name_of
 from opensuction.runtime import loop
 from opensuction.runtime.loop import CONFIGURED, ROW_COLUMNS, Seen
-from opensuction.runtime.paths import CONFIGURATION, EVENTS, RING
+from opensuction.runtime.machine_folder import CONFIGURATION, EVENTS, RING
 from opensuction.safety.condition import Condition
 
 NS_PER_S = 1e9

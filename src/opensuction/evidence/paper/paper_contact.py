@@ -24,8 +24,8 @@ from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
 from opensuction.twin.airway import airway
-from opensuction.twin.machine import contact_switch
-from opensuction.twin.machine.contact_switch import SwitchState
+from opensuction.twin.machine import tip_sensor
+from opensuction.twin.machine.tip_sensor import SwitchState
 
 SEEDS = (1, 2, 3, 4, 5)
 """Switches whose force is drawn, as the paper has five measurements of it."""
@@ -83,13 +83,13 @@ class Press(NamedTuple):
 def press(rig: Rig) -> Press:
     """Press a rig's tip against its carina, quasi-statically, as for Fig. 10."""
     switch = rig.machine.switch
-    state: SwitchState = contact_switch.released(random_stream.stream(rig.seed, SWITCH_RUN))
+    state: SwitchState = tip_sensor.released(random_stream.stream(rig.seed, SWITCH_RUN))
     free_mm, force_n = rig.values["carina_mm"] - 0.1, 0.0
     forces = []
     while not state.reading and force_n < 1.0:
         free_mm += PRESS_MM_PER_S * DT_S
         force_n = airway.touch(rig.machine.airway.tip, rig.values["carina_mm"], free_mm).force_n
-        state = contact_switch.step(switch, state, force_n, DT_S)
+        state = tip_sensor.step(switch, state, force_n, DT_S)
         forces.append(force_n)
     closed = force_n if state.reading else float("nan")
     return Press(DT_S * np.arange(1.0, len(forces) + 1.0), np.array(forces), closed)

@@ -35,8 +35,8 @@ from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import Bus
-from opensuction.twin.machine import dc_axis, drive_watchdog
-from opensuction.twin.machine.drive_watchdog import SILENCE_S
+from opensuction.twin.machine import dc_axis, fail_safe
+from opensuction.twin.machine.fail_safe import SILENCE_S
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.plant import PlantState
 
@@ -61,7 +61,7 @@ def side_of(loop: Loop, seed: int) -> MachineSide:
     """
     home_mm = loop.controller.limits.park_head_mm
     machine = preset.limit_rack(loop.machine, home_mm)
-    return MachineSide(machine, Wiring(link.healthy(seed), drive_watchdog.of(machine, home_mm)))
+    return MachineSide(machine, Wiring(link.healthy(seed), fail_safe.of(machine, home_mm)))
 
 
 def start(

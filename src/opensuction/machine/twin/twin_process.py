@@ -21,7 +21,7 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, hardened
-from opensuction.ipc.heartbeat import ProcessLock
+from opensuction.ipc.liveness import ProcessLock
 from opensuction.ipc.ring import FollowedRing, RingWriter
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError

@@ -40,7 +40,7 @@ FULL_SCALE = 32767
 """Largest sample of 16 bits."""
 
 
-def encode(priority: Priority) -> bytes:
+def encode_alarm(priority: Priority) -> bytes:
     """Sound of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
     samples = alarm_signal.repeat(priority, SECONDS, SAMPLE_RATE_HZ)
     buffer = io.BytesIO()

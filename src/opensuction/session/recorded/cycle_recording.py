@@ -44,7 +44,7 @@ from opensuction.simulation import outcome
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.trace import Columns, InputSpan
-from opensuction.twin.machine.drive_watchdog import Annunciator
+from opensuction.twin.machine.fail_safe import Annunciator
 from opensuction.twin.machine.machine import Truth
 
 WHO = "simulated person"

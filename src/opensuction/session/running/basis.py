@@ -21,7 +21,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import name_of
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import Protocol, Site
-from opensuction.runtime.paths import BASIS
+from opensuction.runtime.machine_folder import BASIS
 from opensuction.session.choice import RigChoice
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.settings import calibration_section

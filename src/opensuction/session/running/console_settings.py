@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.directory import NewPassword
-from opensuction.ipc.heartbeat import end_holder
+from opensuction.ipc.liveness import end_holder
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
-from opensuction.runtime.paths import CONSOLE, CONSOLE_ENDS_S, CONSOLES
+from opensuction.runtime.machine_folder import CONSOLE, CONSOLE_ENDS_S, CONSOLES
 
 HOST, PORT = "127.0.0.1", 8080
 LARGEST_PORT = 65_535

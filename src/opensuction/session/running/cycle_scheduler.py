@@ -18,7 +18,7 @@ from opensuction.procedure.cycle import lock_out
 from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.records.database import utc_time
 from opensuction.report import wording
-from opensuction.runtime import paths
+from opensuction.runtime import machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.cycle import resolution
 from opensuction.session.running.machine import Running
@@ -85,8 +85,10 @@ class CycleScheduler:
     ) -> None:
         """every_s: from start to start. tell: takes a line of what goes on."""
         self._running, self._left, self._every_s, self._tell = running, cycles, every_s, tell
-        self._ring = FollowedRing(running.folder / paths.RING, lambda names: names == ROW_COLUMNS)
-        self._sender = Sender(running.folder / paths.ASK, WHO)
+        self._ring = FollowedRing(
+            running.folder / machine_folder.RING, lambda names: names == ROW_COLUMNS
+        )
+        self._sender = Sender(running.folder / machine_folder.ASK, WHO)
         self._rule = running.prepared.loop.controller.service.passes
         self.doing = Doing.WAITING
         self.reason = ""

@@ -20,7 +20,7 @@ import numpy as np
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.heartbeat import Heartbeat, Process, end_holder, holder
+from opensuction.ipc.liveness import Heartbeat, Process, end_holder, holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row
@@ -34,10 +34,10 @@ from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.records.records import Records
-from opensuction.runtime import control_process, launch, paths
+from opensuction.runtime import control_process, launch, machine_folder
 from opensuction.runtime.control_process import Before
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.paths import About
+from opensuction.runtime.machine_folder import About
 from opensuction.safety.limits import TipInterval, deepest_mm
 from opensuction.session.cycle import resolution
 from opensuction.session.cycle.cycle_run import Prepared
@@ -96,7 +96,7 @@ def find(folder: Path) -> Predecessor | None:
     if before is None:
         return None
     try:
-        row = RingReader(folder / paths.RING).drain().rows[-1]
+        row = RingReader(folder / machine_folder.RING).drain().rows[-1]
     except (InputError, OSError):  # only what was handed on is left of it
         return Predecessor(before, before.phase not in RESTING)
     if holder(folder / PLAYS) is not None and row[VALID].any():
@@ -107,7 +107,7 @@ def find(folder: Path) -> Predecessor | None:
 def _was_inside(folder: Path, row: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> bool:
     """True if the tip may have been in the airway, or its place is not known."""
     try:
-        text = (folder / paths.CONFIGURATION).read_text(encoding="utf-8")
+        text = (folder / machine_folder.CONFIGURATION).read_text(encoding="utf-8")
         limits = configuration.from_json(text).settings.limits
     except (InputError, OSError, UnicodeDecodeError):
         return True
@@ -174,8 +174,8 @@ def check_records(database: str | None) -> str:
 
 def check_free(name: str) -> Path:
     """The folder of a machine that nobody looks after; raises InputError where somebody does."""
-    folder = paths.make(name)
-    if (pid := holder(folder / paths.SUPERVISES)) is not None:
+    folder = machine_folder.make(name)
+    if (pid := holder(folder / machine_folder.SUPERVISES)) is not None:
         raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
     return folder
 
@@ -193,16 +193,16 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
     if holder(folder / PLAYS) is not None:
         _check_same(name, folder, chosen)
-        return Running(name, folder, prepared, paths.read(folder), None)
-    if holder(folder / paths.CONTROLS) is not None:
+        return Running(name, folder, prepared, machine_folder.read(folder), None)
+    if holder(folder / machine_folder.CONTROLS) is not None:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
     lost = None if anew else find(folder)
     _clear(folder, lost)
     launch.configure(folder, chosen)
     told = _about(name, prepared, database)
-    paths.write(folder, told)
+    machine_folder.write(folder, told)
     basis.write(folder, basis.of(prepared))
-    private_file.write(folder / paths.BEGUN_WITH, configuration.hash_of(chosen))
+    private_file.write(folder / machine_folder.BEGUN_WITH, configuration.hash_of(chosen))
     seed = prepared.resolved.equipment.seed
     twin = twin_machine.start(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin, lost)
@@ -210,15 +210,15 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
 
 def _clear(folder: Path, lost: Predecessor | None) -> None:
     """Empty the folder but for what the next machine must keep of one that was lost."""
-    paths.clear(folder)
+    machine_folder.clear(folder)
     if lost is not None:
         hand_on(folder, lost)
 
 
 def _drop_console(folder: Path) -> None:
     """One that an earlier run has left ends, and nobody misses it: whoever wants one sets it up."""
-    end_holder(folder / paths.CONSOLES, paths.CONSOLE_ENDS_S, kills=True)
-    (folder / paths.CONSOLE).unlink(missing_ok=True)
+    end_holder(folder / machine_folder.CONSOLES, machine_folder.CONSOLE_ENDS_S, kills=True)
+    (folder / machine_folder.CONSOLE).unlink(missing_ok=True)
     Heartbeat(folder).end(Process.CONSOLE)
 
 
@@ -228,7 +228,7 @@ def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
     What people have set on it since stays as they set it.
     """
     try:
-        begun_with = (folder / paths.BEGUN_WITH).read_text(encoding="ascii")
+        begun_with = (folder / machine_folder.BEGUN_WITH).read_text(encoding="ascii")
     except (OSError, UnicodeDecodeError):
         begun_with = ""
     if begun_with != configuration.hash_of(chosen):
@@ -285,9 +285,9 @@ def end(folder: Path) -> None:
     Raises InputError where it does not end.
     """
     for lock, seconds in (
-        (paths.CONTROLS, COMES_OUT_S),
-        (paths.CONSOLES, paths.CONSOLE_ENDS_S),
-        (paths.RECORDS, ENDS_S),
+        (machine_folder.CONTROLS, COMES_OUT_S),
+        (machine_folder.CONSOLES, machine_folder.CONSOLE_ENDS_S),
+        (machine_folder.RECORDS, ENDS_S),
         (PLAYS, ENDS_S),
     ):
-        end_holder(folder / lock, seconds, kills=lock == paths.CONSOLES)
+        end_holder(folder / lock, seconds, kills=lock == machine_folder.CONSOLES)

@@ -20,7 +20,7 @@ from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle
 from opensuction.records.records import Records
 from opensuction.result.plain import FLAT, IF_FINITE
-from opensuction.runtime import launch, paths
+from opensuction.runtime import launch, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.machine_button import BY_NAME
 from opensuction.runtime.supervisor import LOOKS_S, Supervisor, SupervisorNotice
@@ -54,8 +54,8 @@ def ask(name: str, request: str, who: str) -> Answer:
     Raises InputError for a button that there is not, and where no machine answers.
     """
     button = choose(request.replace("_", "-"), BY_NAME, "request")
-    folder, key = paths.find(name), uuid4().hex
-    if not (folder / paths.EVENTS).exists():
+    folder, key = machine_folder.find(name), uuid4().hex
+    if not (folder / machine_folder.EVENTS).exists():
         raise InputError(f"no machine '{name}' runs here: start one with opensuction serve")
     verdict = launch.ask(folder, button.field, who, key, ANSWERS_S)
     if verdict is not None:
@@ -64,7 +64,7 @@ def ask(name: str, request: str, who: str) -> Answer:
 
 
 def _find_phase(folder: Path) -> str | None:
-    newest = RingReader(folder / paths.RING).snapshot()
+    newest = RingReader(folder / machine_folder.RING).snapshot()
     if newest is None:
         return None
     return Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")])).name.lower()
@@ -107,7 +107,9 @@ class Tally:
     """Timing of the control loop, from every row of it."""
 
     def __init__(self, folder: Path) -> None:
-        self._ring = FollowedRing(folder / paths.RING, lambda columns: columns == ROW_COLUMNS)
+        self._ring = FollowedRing(
+            folder / machine_folder.RING, lambda columns: columns == ROW_COLUMNS
+        )
         self.ticks = self.missed = 0
         self._most_s = 0.0
         self._counts = np.zeros(COUNTED, np.int64)
@@ -268,7 +270,7 @@ class RunResult(NamedTuple):
 
 def sum_up(running: Running, done: Done, out: Path, database: str | None) -> RunResult:
     """Put together what a run has done, from its records and the ring of its events."""
-    told = EventReader(running.folder / paths.EVENTS).read()[0]
+    told = EventReader(running.folder / machine_folder.EVENTS).read()[0]
     began = next((one.fields for one in told if one.fields["kind"] == "began"), {})
     serial = running.about.machine.serial
     with Records.open(database) as records:

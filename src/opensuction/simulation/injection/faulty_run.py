@@ -23,7 +23,7 @@ from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine import fail_safe, machine
 
 PIECE_ROWS = 20_000
 """Simulated at once, at most: 14 MB, used again and again. To hand a state to compiled code and
@@ -135,7 +135,7 @@ class FaultyRun:
         self._side = FaultySide(loop.machine, link.healthy(seed), seed)
         self._wiring = Wiring(
             link=self._side.link,
-            watchdog=drive_watchdog.of(loop.machine, home_mm),
+            watchdog=fail_safe.of(loop.machine, home_mm),
         )
 
     @property

@@ -29,8 +29,8 @@ from opensuction.twin.fault.fault_row import (
 )
 from opensuction.twin.fault.link import ALWAYS, MONITOR_TICKS, Link, Turns
 from opensuction.twin.fault.reading_fault import Channel, Mode
-from opensuction.twin.machine.contact_switch import ContactSwitch
 from opensuction.twin.machine.machine import Machine
+from opensuction.twin.machine.tip_sensor import ContactSwitch
 from opensuction.twin.patient.patient import L_PER_MIN_PER_ML_PER_S
 
 

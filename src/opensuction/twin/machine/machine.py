@@ -13,10 +13,10 @@ from opensuction.twin import coupling
 from opensuction.twin.airway import airway
 from opensuction.twin.airway.airway import Airway, AirwayState
 from opensuction.twin.coupling import CouplingState
-from opensuction.twin.machine import contact_switch, dc_axis, suction_line, transmission
-from opensuction.twin.machine.contact_switch import ContactSwitch, Laser, LaserState, SwitchState
+from opensuction.twin.machine import dc_axis, suction_line, tip_sensor, transmission
 from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis, Hand, HandState, ValveMechanism
 from opensuction.twin.machine.suction_line import Bore, BoreState, SuctionLine, SuctionState
+from opensuction.twin.machine.tip_sensor import ContactSwitch, Laser, LaserState, SwitchState
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
 from opensuction.twin.patient import patient
 from opensuction.twin.patient.patient import Patient
@@ -307,8 +307,8 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
             machine.bore, state.bore, touched.taken_ml, line.gas_ml_per_s, dt_s
         ),
         airway=touched,
-        switch=contact_switch.step(machine.switch, state.switch, pressed_n, dt_s),
-        laser=contact_switch.step_laser(machine.laser, state.laser, touched.tip_mm),
+        switch=tip_sensor.step(machine.switch, state.switch, pressed_n, dt_s),
+        laser=tip_sensor.step_laser(machine.laser, state.laser, touched.tip_mm),
         sensed=sensor.step(machine.sensors, state.sensed, measured, dt_s),
         coupling=coupling.accumulate(state.coupling, gas_ml, touched.taken_ml),
         hand=held,

@@ -2,7 +2,7 @@
 
 The encoder of the insertion motor counts its own steps and has none of these but age. What is late
 is a message: the controller then has the value of the tick before. Contact switch and light barrier
-tell one of two things; what is not ideal in them is in `contact_switch`.
+tell one of two things; what is not ideal in them is in `tip_sensor`.
 
 Sensors from their parameters.
 """
