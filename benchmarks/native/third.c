@@ -73,7 +73,7 @@ static double inverse_step(const PlaySum *model, const double *positions_mm, dou
     return isfinite(travel_mm) ? direction * travel_mm : 0.0;
 }
 
-/* control.head_path.step */
+/* control.motion_profile.step */
 static double head_path(
     const HeadLimits *limits, double distance_mm, double target_mm_per_s, double velocity,
     double dt_s)
@@ -231,7 +231,7 @@ static AxisMotion axis_step(
 /* kernel.tiny.drop_tiny */
 static inline double drop_tiny(double value) { return fabs(value) < TINY ? 0.0 : value; }
 
-/* twin.machine.creep.step */
+/* twin.machine.transmission.step_creep */
 static void creep_step(const Creep *creep, CreepState *state, double speed, double dt_s)
 {
     double drawn = speed != 0.0 ? speed / (fabs(speed) + CREEP_MM_PER_S) : 0.0;

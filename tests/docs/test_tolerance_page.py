@@ -25,7 +25,7 @@ WATCHED = [
 ] + [
     "safety.governor.judgement",
     "safety.invalid_ticks",
-    "safety.patient_limit",
+    "safety.limits",
     "procedure.cycle.check",
 ]
 """Modules that compare what is read with something."""

@@ -62,7 +62,7 @@ def test_every_module_of_safety_is_tried_with_tests_that_exist() -> None:
 
 
 def test_a_module_without_tests_is_an_error() -> None:
-    with pytest.raises(FileNotFoundError, match=r"no tests for opensuction\.safety\.tip_bound"):
+    with pytest.raises(FileNotFoundError, match=r"no tests for opensuction\.safety\.limits"):
         Target("opensuction.safety.limits", ("tests/safety/test_nowhere.py",)).test_files()
 
 

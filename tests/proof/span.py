@@ -41,7 +41,7 @@ SETTINGS: dict[str, float | tuple[float, float]] = {
     "catch_up_v": (0.0, 1e6),
     "voltage_limit_v": (0.0, 1e6),
 }
-"""Signs that the arithmetic relies on; `controller.settings_check` refuses others."""
+"""Signs that the arithmetic relies on; `controller.record` refuses others."""
 ANY_SETTING = (-1e6, 1e6)
 
 MOTOR_MM_PER_S = 1.0e4

@@ -13,7 +13,7 @@ FUNCTIONS = ("number", "text", "value", "rows", "itemgetter")
 """Of a result and a key; `itemgetter` of a key alone."""
 NO_RESULTS = {
     ("cli/interruption.py", "frame.f_globals"),  # Python's own
-    ("report/cycle/airway_drawing.py", "kinds"),  # depths by kind, made in the same function
+    ("report/airway_geometry.py", "kinds"),  # depths by kind, made in the same function
     ("report/series.py", "series"),  # curves by name, made in the same function
     ("report/series.py", "trace"),  # columns by name
     ("report/sheet.py", "data"),  # what the page's script reads, being made

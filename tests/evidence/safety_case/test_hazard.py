@@ -183,7 +183,7 @@ def test_a_condition_that_is_called_unheard_is_raised_nowhere_and_the_others_are
     """By the sources of those who can raise one: a claim of an alarm that cannot come is none."""
     rooms = ("safety/governor", "safety/watch", "controller", "procedure")
     files = [file for room in rooms for file in (SOURCES / room).rglob("*.py")]
-    text = "\n".join(file.read_text() for file in (*files, SOURCES / "simulation/annunciation.py"))
+    text = "\n".join(file.read_text() for file in (*files, SOURCES / "simulation/outcome.py"))
     raised = {
         one for one in Condition if re.search(rf"Condition\.{one.name}\b|\b{one.name} =", text)
     }
