@@ -78,7 +78,7 @@ def plan_again(cap: Cap) -> float:
 """,
     "controller/scale.py": """
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.codegen.straight_line import define
+from opensuction.kernel.codegen.row import define
 
 scale_by_2 = define(["def scale(x):", "    return 2.0 * x"], "scale")
 scale_by_3 = define(["def scale(x):", "    return 3.0 * x"], "scale")

@@ -3,19 +3,19 @@
 Model and numbers are those of `hysteresis.prandtl_ishlinskii`, bit for bit; there the plays are an
 array of any length. A record that is handed on each millisecond holds none, for every hand would
 count a reference to it. So there is room for sixteen plays in a tuple; a spare one has threshold
-and weight 0: it stands where the head is and adds nothing to any sum. What is done for each play is
-written out: see `kernel.codegen.straight_line`.
+and weight 0: it stands where the head is and adds nothing to any sum. The loops are written out for
+the compiled core: see `kernel.codegen.unrolled`.
 """
 
 import math
-from collections.abc import Callable, Iterable
-from typing import Annotated, Any, NamedTuple
+from collections.abc import Iterable
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Len
 
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii, bent_mm, straight_mm
-from opensuction.kernel.codegen import straight_line
+from opensuction.kernel.codegen.unrolled import unrolled
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
@@ -63,55 +63,58 @@ def unbundle(model: PlaySum) -> PrandtlIshlinskii:
     return PrandtlIshlinskii(np.array(model.thresholds_mm), np.array(model.weights), *model[2:])
 
 
-def _written_out(head: str, each: str, result: str) -> Any:
-    """A function with a line for each play j that returns ``result``; see `_each`."""
-    return straight_line.define(
-        [head, *("    " + each.format(j=j) for j in range(PLAYS)), f"    return {result}"], "plays"
+@unrolled
+def retracted_positions_mm(model: PlaySum, head_mm: float) -> Sixteen:
+    """Positions of the plays after a long retract to a head position."""
+    return tuple(head_mm + model.thresholds_mm[j] for j in range(PLAYS))
+
+
+@unrolled
+def step(model: PlaySum, positions_mm: Sixteen, head_mm: float) -> Sixteen:
+    """Positions of the plays once the head has moved monotonically to a position; exact."""
+    return tuple(
+        min(
+            max(positions_mm[j], head_mm - model.thresholds_mm[j]), head_mm + model.thresholds_mm[j]
+        )
+        for j in range(PLAYS)
     )
 
 
-def _each(element: str) -> str:
-    """A tuple with an element for each play j."""
-    return straight_line.tuple_of(element.format(j=j) for j in range(PLAYS))
+@unrolled
+def _weigh(total: float, weights: Sixteen, values: Sixteen) -> float:
+    """A sum, and behind it each value times its weight."""
+    for j in range(PLAYS):
+        total += weights[j] * values[j]
+    return total
 
 
-retracted_positions_mm: Callable[[PlaySum, float], Sixteen] = _written_out(
-    "def retracted_positions_mm(model, head_mm):",
-    "p{j} = head_mm + model.thresholds_mm[{j}]",
-    _each("p{j}"),
-)
-"""``retracted_positions_mm(model, head_mm)``: after a long retract to a head position."""
+@unrolled
+def _left_mm(model: PlaySum, positions_mm: Sixteen, head_mm: float, direction: float) -> Sixteen:
+    """Rest of each slot for a head that goes on in a direction."""
+    return tuple(
+        model.thresholds_mm[j] + direction * (positions_mm[j] - head_mm) for j in range(PLAYS)
+    )
 
-step: Callable[[PlaySum, Sixteen, float], Sixteen] = _written_out(
-    "def step(model, positions_mm, head_mm):",
-    "r = model.thresholds_mm[{j}]; p{j} = min(max(positions_mm[{j}], head_mm - r), head_mm + r)",
-    _each("p{j}"),
-)
-"""``step(model, positions_mm, head_mm)``: positions of the plays once the head has moved
-monotonically to a position; exact."""
 
-_weigh: Callable[[float, Sixteen, Sixteen], float] = _written_out(
-    "def weigh(total, weights, values):", "total += weights[{j}] * values[{j}]", "total"
-)
-_left_mm: Callable[[PlaySum, Sixteen, float, float], Sixteen] = _written_out(
-    "def left_mm(model, positions_mm, head_mm, direction):",
-    "l{j} = model.thresholds_mm[{j}] + direction * (positions_mm[{j}] - head_mm)",
-    _each("l{j}"),
-)
-"""What is left of each slot for a head that goes on in a direction."""
-_engage: Callable[[PlaySum, Sixteen, float], tuple[float, float]] = _written_out(
-    "def engage(model, left_mm, needed_mm):\n    slope = model.slope",
-    "w, l = model.weights[{j}], left_mm[{j}]\n"
-    "    if not l * slope < needed_mm: return slope, needed_mm\n"
-    "    slope += w; needed_mm += w * l",
-    "slope, needed_mm",
-)
-"""Slope with every play that engages before v has been gained, and ``needed_mm`` with theirs."""
-_slope: Callable[[PlaySum, Sixteen, float], float] = _written_out(
-    "def slope(model, left_mm, least_mm):\n    slope = model.slope",
-    "slope += model.weights[{j}] if left_mm[{j}] <= least_mm else 0.0",
-    "slope",
-)
+@unrolled
+def _engage(model: PlaySum, left_mm: Sixteen, needed_mm: float) -> tuple[float, float]:
+    """Slope with every play that engages before v is gained, and ``needed_mm`` with theirs."""
+    slope = model.slope
+    for j in range(PLAYS):
+        if not left_mm[j] * slope < needed_mm:
+            return slope, needed_mm
+        slope += model.weights[j]
+        needed_mm += model.weights[j] * left_mm[j]
+    return slope, needed_mm
+
+
+@unrolled
+def _slope(model: PlaySum, left_mm: Sixteen, least_mm: float) -> float:
+    """Slope with every play whose slot has no more left than this."""
+    slope = model.slope
+    for j in range(PLAYS):
+        slope += model.weights[j] if left_mm[j] <= least_mm else 0.0
+    return slope
 
 
 @compiled

@@ -9,6 +9,7 @@ With ``NUMBA_DISABLE_JIT=1`` every function stays plain Python: debugger, covera
 """
 
 import hashlib
+import inspect
 import os
 import platform
 import re
@@ -197,7 +198,12 @@ def _content_hash(function: Callable[..., object]) -> str:
     """
     code, scope = function.__code__, function.__globals__
     known = [scope[name] for name in code.co_names if name in scope]
-    named = [(getattr(one, "__module__", ""), getattr(one, "__qualname__", one)) for one in known]
+    named = [
+        one.__name__
+        if inspect.ismodule(one)
+        else (getattr(one, "__module__", ""), getattr(one, "__qualname__", one))
+        for one in known
+    ]
     content = repr((code.co_code, code.co_consts, code.co_names, named))
     return hashlib.sha256(content.encode()).hexdigest()[:16]
 

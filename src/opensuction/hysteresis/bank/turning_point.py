@@ -11,12 +11,10 @@ head moves in from it; an even number with one at the high end.
 Source: [Mayergoyz-1991] for the wiping-out property.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from opensuction.hysteresis.play_sum import PLAYS, Sixteen, padded
-from opensuction.kernel.codegen import straight_line
+from opensuction.kernel.codegen.unrolled import unrolled
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 
@@ -26,22 +24,18 @@ FAR_MM = 1e6
 """A head that comes from so far away moves every play."""
 
 
-def _writer() -> Callable[[Sixteen, Array], None]:
-    lines = ["def unpack(turns, values):"]
-    lines += [f"    values[{k}] = turns[{k}]" for k in range(ROOM)]
-    write: Callable[[Sixteen, Array], None] = straight_line.define(lines, "turns to an array")
-    return write
+@unrolled
+def _unpack(turns: Sixteen, values: Array) -> None:
+    """Put the numbers of a tuple into an array."""
+    for k in range(ROOM):
+        values[k] = turns[k]
 
 
-def _reader() -> Callable[[Array], Sixteen]:
-    found = straight_line.tuple_of(f"values[{k}]" for k in range(ROOM))
-    lines = ["def pack(values):", f"    return {found}"]
-    read: Callable[[Array], Sixteen] = straight_line.define(lines, "an array to turns")
-    return read
+@unrolled
+def _pack(values: Array) -> Sixteen:
+    """The tuple of the numbers in an array."""
+    return tuple(values[k] for k in range(ROOM))
 
-
-_unpack = _writer()
-_pack = _reader()
 
 AFTER_ADVANCE: Sixteen = padded([-FAR_MM] * ROOM)
 """Of a head that came in over a long way, wherever it is now."""

@@ -5,19 +5,36 @@ record type is generated once as straight-line code: no loop over fields survive
 """
 
 import keyword
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
 from annotated_types import Len
 
-from opensuction.kernel.codegen import straight_line
+from opensuction.kernel.compiled import compiled_generated
 from opensuction.kernel.record import Array
 
 Row = Array
 SCALARS = (float, int, bool)
 SIZED = "Annotated[tuple[float, ...], Len(n, n)]"
+
+
+def define(lines: Iterable[str], about: str, **scope: Any) -> Any:
+    """The function that some lines of source define, compiled into whoever calls it.
+
+    lines: of one ``def``. about: names the source in messages. scope: what the lines refer to.
+    """
+    names: dict[str, Any] = dict(scope)
+    known = set(names)
+    exec(compile("\n".join(lines) + "\n", f"<{about}>", "exec"), names)  # noqa: S102
+    (name,) = set(names) - known - {"__builtins__"}
+    return compiled_generated(names[name])
+
+
+def _tuple_of(elements: Iterable[str]) -> str:
+    """Source of a tuple of these elements."""
+    return f"({', '.join(elements)},)"
 
 
 class Column(NamedTuple):
@@ -105,9 +122,7 @@ def writer(record_type: type, *, checked: bool = True) -> Callable[[Row, Any], N
         *_head("write(row, record)", record_type, len(found), checked=checked),
         *(f"    row[{i}] = record.{column.source}" for i, column in enumerate(found)),
     ]
-    write: Callable[[Row, Any], None] = straight_line.define(
-        lines, f"row of {record_type.__name__}"
-    )
+    write: Callable[[Row, Any], None] = define(lines, f"row of {record_type.__name__}")
     return write
 
 
@@ -123,9 +138,7 @@ def table_writer(record_type: type) -> Callable[[Array, int, Any], None]:
         "def write(table, number, record):",
         *(f"    table[number, {i}] = record.{column.source}" for i, column in enumerate(found)),
     ]
-    write: Callable[[Array, int, Any], None] = straight_line.define(
-        lines, f"table of {record_type.__name__}"
-    )
+    write: Callable[[Array, int, Any], None] = define(lines, f"table of {record_type.__name__}")
     return write
 
 
@@ -154,7 +167,7 @@ def _rebuilt(
             parts.append(f"{name}=row[{at}{first}]")
         elif length is not None:
             numbers = (f"row[{at}{first + i}]" for i in range(length))
-            parts.append(f"{name}={straight_line.tuple_of(numbers)}")
+            parts.append(f"{name}={_tuple_of(numbers)}")
             first += length
             continue
         elif hasattr(kind, "_fields"):
@@ -183,9 +196,7 @@ def reader(record_type: type, *, checked: bool = True) -> Callable[[Row], Any]:
         *_head("read(row)", record_type, size, checked=checked),
         f"    return {built}",
     ]
-    read: Callable[[Row], Any] = straight_line.define(
-        lines, f"record {record_type.__name__}", **scope
-    )
+    read: Callable[[Row], Any] = define(lines, f"record {record_type.__name__}", **scope)
     return read
 
 
@@ -198,9 +209,7 @@ def reader_with_arrays(record_type: type) -> Callable[..., Any]:
     arrays: list[str] = []
     built, _ = _rebuilt(record_type, scope, 0, arrays=arrays)
     lines = [f"def read({', '.join(['row', *arrays])}):", f"    return {built}"]
-    read: Callable[..., Any] = straight_line.define(
-        lines, f"record with arrays {record_type.__name__}", **scope
-    )
+    read: Callable[..., Any] = define(lines, f"record with arrays {record_type.__name__}", **scope)
     return read
 
 
@@ -212,7 +221,7 @@ def table_reader(record_type: type) -> Callable[[Array, int], Any]:
     scope: dict[str, Any] = {}
     built, _ = _rebuilt(record_type, scope, 0, "number, ")
     lines = ["def read(row, number):", f"    return {built}"]
-    read: Callable[[Array, int], Any] = straight_line.define(
+    read: Callable[[Array, int], Any] = define(
         lines, f"record in a table of {record_type.__name__}", **scope
     )
     return read

@@ -7,14 +7,13 @@ held for a moment, and fails when it does not come in time; the test ends with t
 Items of the pre-use test: their order and their words.
 """
 
-from collections.abc import Callable
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Len
 
-from opensuction.kernel.codegen import straight_line
+from opensuction.kernel.codegen.unrolled import chooser
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.interface import Readings, is_number
 
@@ -139,7 +138,7 @@ class CheckPlan(NamedTuple):
     """Longest time for each item, by its number."""
 
 
-item_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(CheckItem))
+item_limit_s = chooser(len(CheckItem))
 
 
 class CheckState(NamedTuple):

@@ -5,10 +5,9 @@ withdrawal with the valve open to C, valve closes (D).
 """
 
 import math
-from collections.abc import Callable
 
 from opensuction.control import motion_profile
-from opensuction.kernel.codegen import straight_line
+from opensuction.kernel.codegen.unrolled import chooser
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.interface import Readings, Requests, is_number
 from opensuction.kernel.vocabulary import RESTING, Phase
@@ -35,7 +34,7 @@ SUCKING = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
 FELT = (Phase.SUCTIONING, Phase.WITHDRAWING, Phase.ABORTING)
 """Phases in which an open valve closes on what touches the tip."""
 
-_phase_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(Phase))
+_phase_limit_s = chooser(len(Phase))
 
 
 def begin(plan: Plan, phase: Phase) -> ProcedureState:

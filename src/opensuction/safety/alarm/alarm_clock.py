@@ -1,16 +1,15 @@
 """The clocks of the alarms: how long a condition has held, and how long nobody has answered it.
 
 Few conditions have a delay, and some rise in priority: each of these has a clock, a number of a
-tuple. All others are signalled at once and stay as urgent as they are. The steps are written out,
-a clock after the other: see `kernel.codegen.straight_line`.
+tuple. All others are signalled at once and stay as urgent as they are. The loops are written
+out for the compiled core: see `kernel.codegen.unrolled`.
 """
 
-from collections.abc import Callable, Sequence
 from typing import Annotated, NamedTuple
 
 from annotated_types import Len
 
-from opensuction.kernel.codegen import straight_line
+from opensuction.kernel.codegen.unrolled import unrolled
 from opensuction.safety.condition_mask import HANDLINGS
 
 DELAYED = tuple(bit for bit, handling in enumerate(HANDLINGS) if handling.delay_s > 0.0)
@@ -40,58 +39,46 @@ Ticked = tuple[int, Seconds]
 """A mask of conditions, and their clocks."""
 
 
-def _stepper(
-    head: str, each: Sequence[str], bits: Sequence[int], about: str
-) -> Callable[..., Ticked]:
-    """A function that goes through the clocks of some conditions. each: of clock i, condition c."""
-    lines = [head, "    half_s = 0.5 * dt_s", "    found = 0"]
-    for i, bit in enumerate(bits):
-        values = {
-            "i": i,
-            "c": bit,
-            "delay": HANDLINGS[bit].delay_s,
-            "rise": HANDLINGS[bit].escalates_s,
-        }
-        lines += ["    " + line.format(**values) for line in each]
-    clocks = straight_line.tuple_of(f"t{i}" for i in range(len(bits)))
-    step: Callable[..., Ticked] = straight_line.define(
-        [*lines, f"    return found, {clocks}"], about
+_DELAYS = tuple((bit, HANDLINGS[bit].delay_s) for bit in DELAYED)
+_RISES = tuple((bit, HANDLINGS[bit].escalates_s) for bit in RISING)
+
+
+@unrolled
+def mature(held_s: Seconds, unseen: int, waiting: int, dt_s: float) -> Ticked:
+    """Delays that are over.
+
+    unseen: mask of those that hold and are not present yet. waiting: mask of those that waited a
+    tick ago; the others begin anew. Returns the conditions of `DELAYED` among the unseen whose
+    delay is over, as a mask, and their clocks.
+    """
+    half_s = 0.5 * dt_s  # sums of ticks are not exact, and never late
+    before_s = tuple(held_s[i] if waiting >> bit & 1 else 0.0 for i, bit in enumerate(DELAYED))
+    found = 0
+    for i, (bit, delay_s) in enumerate(_DELAYS):
+        if unseen >> bit & 1 and before_s[i] + half_s >= delay_s:
+            found |= 1 << bit
+    clocks_s = tuple(
+        before_s[i] + dt_s if unseen >> bit & 1 else held_s[i] for i, bit in enumerate(DELAYED)
     )
-    return step
+    return found, clocks_s
 
 
-mature = _stepper(
-    "def mature(held_s, unseen, waiting, dt_s):",
-    [
-        "t{i} = held_s[{i}]",
-        "if unseen >> {c} & 1:",
-        "    before = t{i} if waiting >> {c} & 1 else 0.0",
-        "    t{i} = before + dt_s",
-        # Half a tick: sums of ticks are not exact, and never late.
-        "    if before + half_s >= {delay!r}:",
-        "        found |= 1 << {c}",
-    ],
-    DELAYED,
-    "delays of the alarms",
-)
-"""``mature(held_s, unseen, waiting, dt_s)``: those of the conditions of `DELAYED` that hold and are
-not present yet (mask ``unseen``) whose delay is over, as a mask, and their clocks. waiting: mask of
-those that waited a tick ago; the others begin anew."""
+@unrolled
+def rise(unanswered_s: Seconds, begun: int, running: int, dt_s: float) -> Ticked:
+    """Conditions that nobody has answered for their time.
 
-rise = _stepper(
-    "def rise(unanswered_s, begun, running, dt_s):",
-    [
-        "t{i} = unanswered_s[{i}]",
-        "if begun >> {c} & 1:",
-        "    t{i} = 0.0",
-        "elif running >> {c} & 1:",
-        "    t{i} += dt_s",
-        "    if t{i} + half_s >= {rise!r}:",
-        "        found |= 1 << {c}",
-    ],
-    RISING,
-    "escalation of the alarms",
-)
-"""``rise(unanswered_s, begun, running, dt_s)``: those of the conditions of `RISING` that nobody has
-answered for their time, as a mask, and their clocks. begun: mask of the conditions that are shown
-since this tick. running: of those whose time runs."""
+    begun: mask of the conditions that are shown since this tick. running: of those whose time runs.
+    Returns those of the conditions of `RISING`, as a mask, and their clocks.
+    """
+    half_s = 0.5 * dt_s
+    clocks_s = tuple(
+        0.0
+        if begun >> bit & 1
+        else (unanswered_s[i] + dt_s if running >> bit & 1 else unanswered_s[i])
+        for i, bit in enumerate(RISING)
+    )
+    found = 0
+    for i, (bit, rise_s) in enumerate(_RISES):
+        if (running & ~begun) >> bit & 1 and clocks_s[i] + half_s >= rise_s:
+            found |= 1 << bit
+    return found, clocks_s

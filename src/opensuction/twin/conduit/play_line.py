@@ -18,7 +18,6 @@ play itself: a plant is not graded by its own arithmetic.
 Source: [Brokate-1996] ch. 2 for the rows of a Preisach triangle as plays.
 """
 
-from collections.abc import Callable
 from enum import IntEnum
 from itertools import pairwise
 from typing import NamedTuple
@@ -27,7 +26,7 @@ import numpy as np
 
 from opensuction.hysteresis import play
 from opensuction.hysteresis.play_bundle import PLAYS, Bundle
-from opensuction.kernel.codegen import straight_line
+from opensuction.kernel.codegen.unrolled import unrolled
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import by_name
 
@@ -133,26 +132,19 @@ class PlayLines(NamedTuple):
 NO_LINES = PlayLines(ZEROS, (1.0,) * PLAYS, ZEROS, ZEROS, ZEROS, ZEROS)
 
 
-def _reader() -> Callable[[PlayLines, Bundle], float]:
-    each = (
-        "    x = positions_mm[{j}] - lines.lows_mm[{j}]; span = lines.spans_mm[{j}]",
-        "    i = min(max(x, 0.0), span); t = i / span",
-        "    a = lines.low_slopes[{j}]; b = lines.middle_slopes[{j}]; c = lines.high_slopes[{j}]",
-        "    total += i * (a + t * (b - a + t * (a - 2.0 * b + c) / 3.0))",
-        "    total += a * min(x, 0.0) + c * max(x - span, 0.0)",
-    )
-    lines = [
-        "def read_out_mm(lines, positions_mm):",
-        "    total = 0.0",
-        *(line.format(j=j) for j in range(PLAYS) for line in each),
-        "    return total",
-    ]
-    reader: Callable[[PlayLines, Bundle], float] = straight_line.define(lines, "play lines")
-    return reader
-
-
-read_out_mm = _reader()
-"""``read_out_mm(lines, positions_mm)``: what all plays add to the tip, mm."""
+@unrolled
+def read_out_mm(lines: PlayLines, positions_mm: Bundle) -> float:
+    """Sum of what the plays add to the tip, mm."""
+    total_mm = 0.0
+    for j in range(PLAYS):
+        place_mm = positions_mm[j] - lines.lows_mm[j]
+        span_mm = lines.spans_mm[j]
+        into_mm = min(max(place_mm, 0.0), span_mm)
+        t = into_mm / span_mm
+        low, middle, high = lines.low_slopes[j], lines.middle_slopes[j], lines.high_slopes[j]
+        total_mm += into_mm * (low + t * (middle - low + t * (low - 2.0 * middle + high) / 3.0))
+        total_mm += low * min(place_mm, 0.0) + high * max(place_mm - span_mm, 0.0)
+    return total_mm
 
 
 def _strokes_mm(low_mm: float, stroke_mm: float) -> Array:
