@@ -276,3 +276,15 @@ def test_nothing_moves_when_an_alarm_begins(bedside: Bedside) -> None:
         assert was is not None
         assert now is not None
         assert (was["x"], was["y"]) == (now["x"], now["y"])
+
+
+def test_what_a_machine_lacks_stands_below_every_view(bedside: Bedside) -> None:
+    page, machine = bedside.page, bedside.machine
+    notice = page.get_by_role("contentinfo")
+    expect(notice).to_have_text(re.compile(r"not a medical device.* In-silico: a digital twin\.$"))
+    has = {"monitor": False, "mouth_barrier": True, "taught_by_hand": False, "truth": False}
+    machine.machine = {**machine.machine, "is_twin": False, "capabilities": has}
+    page.reload()
+    expect(notice).to_have_text(
+        re.compile(r"people or animals\. Not in this machine: patient monitor, teaching by hand\.$")
+    )

@@ -103,7 +103,10 @@ class Shell {
     const who = patient?.pseudonym ? fill(words.patient, { pseudonym: patient.pseudonym }) + old : words.bench;
     say(this.who, who);
     this.showWhat();
-    say(this.footer, machine.is_twin === false ? words.noticePlain : words.notice);
+    const lacking = Object.entries(words.capabilities).filter(([name]) => machine.capabilities?.[name] === false);
+    const lacks = lacking.length ? fill(words.lacks, { what: lacking.map(([, word]) => word).join(", ") }) : "";
+    const notice = machine.is_twin === false ? words.noticePlain : words.notice;
+    say(this.footer, [notice, lacks].filter(Boolean).join(" "));
   }
 
   /** Protocol, machine, and how long the catheter may be used. */

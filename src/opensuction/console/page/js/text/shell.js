@@ -12,6 +12,9 @@ export default {
   navigation: "Views",
   notice: `${NOT_A_DEVICE} In-silico: a digital twin.`,
   noticePlain: NOT_A_DEVICE,
+  lacks: "Not in this machine: {what}.",
+  // Of the machine's capabilities those that whoever stands beside it would expect.
+  capabilities: { monitor: "patient monitor", mouth_barrier: "light barrier at the tube's mouth", taught_by_hand: "teaching by hand" },
   skip: "To the view",
   patient: "Patient {pseudonym}",
   bench: "Bench, no patient",
