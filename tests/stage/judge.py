@@ -14,6 +14,8 @@ from typing import NamedTuple
 import pytest
 from _pytest.runner import runtestprotocol
 
+from opensuction.safety.governor.judgement import LATE_TICKS
+
 REPEATS = 3
 NOT_JUDGED_MOST = 3
 """Tests; more fail the run."""
@@ -24,6 +26,8 @@ class Standstill(NamedTuple):
 
     real_time_s: float
     ordinary_s: float
+    late_ticks: int = 0
+    """Of a real-time process with a period of 1 ms: as many in a row began a period late."""
 
 
 class Premise(NamedTuple):
@@ -35,6 +39,9 @@ class Premise(NamedTuple):
     others_s: float = 0.5
     """With ordinary processes: console, browser, the test itself; as a rule the time after which
     a process that gives no sign of life is missed."""
+    late_ticks: int = LATE_TICKS - 2
+    """How many ticks in a row may begin late: at `LATE_TICKS` a machine halts, and a bare loop is
+    late less often than one that has something to do."""
 
     def breach(self, stood: Standstill) -> str:
         """How the computer broke it; empty where it kept it."""
@@ -47,6 +54,11 @@ class Premise(NamedTuple):
             for who, found, most in pairs
             if found > most
         ]
+        if stood.late_ticks > self.late_ticks:
+            broken.append(
+                f"a real-time process was late for {stood.late_ticks} ticks in a row, "
+                f"{self.late_ticks} are allowed"
+            )
         return "; ".join(broken)
 
 

@@ -101,3 +101,7 @@ def test_each_test_states_its_own_premise(pytester: pytest.Pytester) -> None:
     assert outcome(pytester, [STILL], strict)[0] == Counter(skipped=1)
     assert Premise().breach(Standstill(0.02, 0.5)) == ""
     assert Premise().breach(Standstill(0.0, 0.6)).startswith("an ordinary process stood still for")
+    assert Premise().breach(Standstill(0.004, 0.01, late_ticks=3)) == ""
+    assert Premise().breach(Standstill(0.004, 0.01, late_ticks=4)) == (
+        "a real-time process was late for 4 ticks in a row, 3 are allowed"
+    )
