@@ -141,6 +141,13 @@ OPTIONS: dict[str, Any] = {
         max=100,
         metavar="N",
     ),
+    "days": typer.Option(
+        help="Days of 30 cycles without a fault, of each patient by each approach, searched for "
+        "harm: 4, and none with --hazard or --table.",
+        min=0,
+        max=10_000,
+        metavar="N",
+    ),
     "search": typer.Option(
         help="Runs of a search for harm in each hazard: instants about the edges of phases, "
         "strengths, machines and patients, towards whatever was worst. 0: no search.",

@@ -1,4 +1,4 @@
-"""Result of a safety case: hazards with their runs, searches for harm, and details for a page.
+"""Result of a safety case: hazards with their runs, searches for harm, details for a page.
 
 Times are in ms from the instant of the fault. None stands where nothing was measured or came.
 """
@@ -158,6 +158,53 @@ class HazardSummary(NamedTuple):
     """Runs that broke a bound."""
 
 
+class SearchedDayRun(NamedTuple):
+    """A day of cycles without a fault, by the bound that it broke or came nearest to."""
+
+    command: str
+    """The day as the command line writes it."""
+    patient: str
+    approach: str
+    self_calibrates: bool
+    seed: int
+    spread: float
+    cycles: int
+    aborted: int
+    """Cycles that were broken off."""
+    cycle: int
+    """In which the bound was come near to, from 1; 0 for the time between cycles."""
+    bound: str
+    worst: float
+    limit: float
+    unit: str
+    """Of both."""
+    share: float | None
+    """Worst value over its limit; None where a bound was broken."""
+    told: bool
+    """People were told of anything in that cycle."""
+    broken: tuple[str, ...]
+    """Bounds that were broken in some cycle."""
+
+
+class DaySearchResult(NamedTuple):
+    """Result of the search for harm over days without a fault."""
+
+    days: int
+    cycles: int
+    aborted: int
+    """Of them: broken off without a fault."""
+    refused: int
+    """Days whose machine cannot do the protocol: no cycle begins."""
+    broken: int
+    """Days in which a bound was broken."""
+    untold: int
+    """Of them: days in which it was broken in a cycle of which people were told nothing."""
+    worst: SearchedDayRun | None
+    """None where no day was asked for."""
+    problems: tuple[SearchedDayRun, ...]
+    """Days in which a bound was broken."""
+
+
 class SafetyCaseResult(NamedTuple):
     """Result of every hazard that was asked for."""
 
@@ -171,6 +218,7 @@ class SafetyCaseResult(NamedTuple):
     left_inside: LeftInsideCount
     ok: bool
     hazards: tuple[HazardSummary, ...]
+    days: DaySearchResult
     wall_s: float
 
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.evidence.safety_case.day_search import DaySearch
     from opensuction.evidence.safety_case.harm_search import HarmSearch
     from opensuction.evidence.safety_case.hazard_claim import Hazard
     from opensuction.evidence.safety_case.hazard_result import HazardResult
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 EVERY_RUNS = 50
 """A line of progress after so many runs."""
+DAYS = 4
+"""Of each patient by each approach, beside the whole table."""
 
 
 class SafetyCaseOptions(NamedTuple):
@@ -27,12 +30,13 @@ class SafetyCaseOptions(NamedTuple):
     table: Path | None = None
     seeds: int = 5
     search: int = 200
+    days: int | None = None
     hazard: str | None = None
     results: OutputChoice = OutputChoice()
 
 
 def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) -> CommandResult:
-    from opensuction.evidence.safety_case import hazard, safety_case
+    from opensuction.evidence.safety_case import day_search, hazard, safety_case
     from opensuction.report import sheet
     from opensuction.report.safety_case import safety_case_page
 
@@ -51,6 +55,13 @@ def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) ->
             )
         progress.tell(f"{done} of {total} hazards searched")
 
+    def tell_days(done: int, total: int, found: "DaySearch") -> None:
+        for day in found.broken:
+            progress.tell(
+                f"a bound broken without a fault, cycle {day.broken[0].cycle}: {day.place.title}"
+            )
+        progress.tell(f"days of {done} of {total} patients and approaches searched")
+
     hazards = hazard.pick(hazard.load(options.table), options.hazard)
     many = "" if len(hazards) == 1 else "s"
     drawn = "seed 1" if options.seeds == 1 else f"seeds 1 to {options.seeds}"
@@ -60,6 +71,9 @@ def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) ->
     )
     seeds = safety_case.seeds_of(options.seeds)
     done = safety_case.run(hazards, seeds, tell, options.search, tell_search)
+    whole = options.table is None and options.hazard is None
+    days = options.days if options.days is not None else DAYS * whole
+    done = done._replace(days=day_search.search_all(days, tell_days))
     found = safety_case.summarise(done, progress.elapsed_s)
     pairs = zip(done.verdicts, found.hazards, strict=True)
     details = [safety_case.detail(verdict, one) for verdict, one in pairs]
@@ -89,7 +103,10 @@ def _left_inside(found: "LeftInsideCount") -> str:
 def _summarise(console: "Console", found: "SafetyCaseResult", folder: Path) -> None:
     from rich.table import Table
 
-    from opensuction.report.safety_case.safety_case_page import describe_search
+    from opensuction.report.safety_case.safety_case_page import (
+        describe_days,
+        describe_search,
+    )
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("hazard", ratio=1)
@@ -129,6 +146,8 @@ def _summarise(console: "Console", found: "SafetyCaseResult", folder: Path) -> N
         f"them nothing could have prevented, {left.told} were told high in time.",
         soft_wrap=True,
     )
+    if found.days.days:
+        console.print(describe_days(found.days), soft_wrap=True)
     console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
 
 
@@ -142,8 +161,8 @@ COMMAND = Command(
     "time that the tip is inside; five seeds see each fifth of it. A hazard whose bound is broken "
     "is shown as broken, a catheter left inside is counted on its own. The report has a strip "
     "chart of each hazard's worst run. Then each hazard is searched for harm, from .1 s before to "
-    ".1 s after each phase begins and over all strengths. A process for each core shares the "
-    "work. Seeds are 1 on.",
+    ".1 s after each phase begins and over all strengths. Then days of 30 cycles without a "
+    "fault are searched. A process for each core shares the work. Seeds are 1 on.",
     examples="""\b
 Examples:
   opensuction safety-case                    reports and figures under runs/

@@ -95,11 +95,11 @@ def beds_of(hazard: Hazard, seeds: Sequence[int]) -> list[Bed]:
     return [Bed(kind, seed, spread) for seed, spread in drawn for kind in kinds]
 
 
-class _Chance:
-    """Random numbers, the same for the same seed."""
+class Chance:
+    """Random numbers of a search, the same for the same seed and purpose."""
 
-    def __init__(self, seed: int) -> None:
-        self._source = random_stream.stream(seed, PURPOSE)
+    def __init__(self, seed: int, purpose: int) -> None:
+        self._source = random_stream.stream(seed, purpose)
 
     def uniform(self) -> float:
         """From 0 to less than 1."""
@@ -120,7 +120,7 @@ class _Space:
     """The places of a hazard, and how one is come by."""
 
     def __init__(self, hazard: Hazard, beds: Sequence[Bed], seed: int) -> None:
-        self._chance = _Chance(seed)
+        self._chance = Chance(seed, PURPOSE)
         self._faults = [ROWS[one.fault] for one in hazard.claims]
         self._beds: dict[tuple[int, str], list[int]] = {}
         for claim, one in enumerate(hazard.claims):

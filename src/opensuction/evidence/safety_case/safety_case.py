@@ -10,7 +10,8 @@ from typing import NamedTuple
 from opensuction import __version__
 from opensuction.evidence import worker_pool
 from opensuction.evidence.campaign.sound_machine import AIRWAY
-from opensuction.evidence.safety_case import harm_search, hazard_case
+from opensuction.evidence.safety_case import day_search, harm_search, hazard_case
+from opensuction.evidence.safety_case.day_search import DaySearch
 from opensuction.evidence.safety_case.harm_search import (
     NOT_SEARCHED,
     HarmSearch,
@@ -73,11 +74,12 @@ class SafetyCase(NamedTuple):
 
     seeds: tuple[int, ...]
     verdicts: tuple[HazardVerdict, ...]
+    days: DaySearch = DaySearch((), 0)
 
     @property
     def ok(self) -> bool:
-        """True if every hazard is answered within its bounds."""
-        return all(verdict.ok for verdict in self.verdicts)
+        """True if every hazard is answered within its bounds, and every day without one is."""
+        return all(verdict.ok for verdict in self.verdicts) and not self.days.broken
 
 
 def _ratio(value: float, bound: float) -> float:
@@ -293,6 +295,7 @@ def summarise(found: SafetyCase, wall_s: float) -> SafetyCaseResult:
         left_inside=_count_left_inside(every),
         ok=found.ok,
         hazards=hazards,
+        days=day_search.summarise(found.days),
         wall_s=round(wall_s, 1),
     )
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from opensuction.report.sheet import Cell, Curve, Level, Plot, Section, Sheet, Table
 from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.result.safety_case_result import (
+    DaySearchResult,
     FaultSummary,
     HarmSearchResult,
     HarmSearchRun,
@@ -31,6 +32,10 @@ METHOD = (
     "first runs are spread over all of it, the others are near what was worst. The share says how "
     "much of the way from the same cycle without a fault to the nearest bound the worst run went; "
     "what the fault makes unavoidable is added to the bound.",
+    "Last, days of 30 cycles, one each half hour, without a fault: machine and patient up to three "
+    "standard deviations from the nominal ones, who cough, breathe and are moved, by both "
+    "approaches, with and without self-calibration; here the share is the worst value over its "
+    "bound.",
     "Times are those of the run that broke a bound, or came nearest to one. A dash means that "
     "it did not happen, or was not needed: some rows accept a whole cycle within every limit.",
 )
@@ -71,6 +76,7 @@ def page(found: SafetyCaseResult, details: Sequence[HazardDetail]) -> Sheet:
         ),
         sections=(
             Section("Overview", (), (overview, *_stayed(found.hazards))),
+            *_days(found.days),
             Section("How it was judged", METHOD),
             Section("Worst run of each hazard"),
             *(_section(detail) for detail in details),
@@ -155,6 +161,42 @@ def describe_search(found: HarmSearchResult) -> str:
         return f"beyond {worst.bound}"
     share = 100.0 * max(worst.share, 0.0)
     return f"{share:.0f} % to {worst.bound}" if share >= 0.5 else "nothing borne"
+
+
+def describe_days(found: DaySearchResult) -> str:
+    """Result of the days in a sentence."""
+    many = f"{found.days} days without a fault, {found.cycles} cycles"
+    broken = f"a bound broken in {found.broken}, untold in {found.untold}"
+    if not found.broken and found.worst is not None and found.worst.share is not None:
+        broken = (
+            f"no bound broken, nearest {found.worst.bound} at {100.0 * found.worst.share:.0f} %"
+        )
+    return f"{many}, {found.aborted} broken off: {broken}."
+
+
+def _days(found: DaySearchResult) -> tuple[Section, ...]:
+    """Days without a fault: those that broke a bound, or the one that came nearest to one."""
+    if found.worst is None:
+        return ()
+    columns = ("day", "cycles", "broken off", "bound", "worst", "limit", "unit", "cycle", "told")
+    rows = tuple(
+        (
+            day.command,
+            day.cycles,
+            day.aborted,
+            day.bound,
+            day.worst,
+            day.limit,
+            day.unit,
+            day.cycle or "between",
+            day.told if found.problems else None,
+        )
+        for day in found.problems or (found.worst,)
+    )
+    title = "Days in which a bound was broken" if found.problems else "The nearest to a bound"
+    return (
+        Section("Days without a fault", (describe_days(found),), (Table(title, columns, rows),)),
+    )
 
 
 def _value(value: float | None) -> str:
