@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from opensuction.kernel import compiled as module
 from opensuction.kernel.compiled import CACHE_FOLDER, PACKAGE, compiled, prune
 
-KERNEL = ("__init__.py", "compiled.py", "private_file.py")
+KERNEL = ("__init__.py", "compiled.py", "private_file.py", "record.py")
 """What the tiny core has of the kernel, beside the whole of its compiler and `generated`."""
 
 SOURCES = {

@@ -172,7 +172,7 @@ class SearchedDayRun(NamedTuple):
     aborted: int
     """Cycles that were broken off."""
     cycle: int
-    """In which the bound was come near to, from 1; 0 for the time between cycles."""
+    """In which the bound was broken or come nearest to, from 1."""
     bound: str
     worst: float
     limit: float

@@ -11,15 +11,13 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from opensuction.evidence import worker_pool
 from opensuction.evidence.campaign.sound_machine import Kind
 from opensuction.evidence.safety_case.harm_search import KEPT, SPREAD_SHARE, TRIES, Chance
 from opensuction.evidence.safety_case.hazard_case import KINDS
 from opensuction.kernel.errors import InputError
 from opensuction.oracle import exposure, harm
-from opensuction.oracle.harm import LEFT_INSIDE, SATURATION, Harm
+from opensuction.oracle.harm import LEFT_INSIDE, SATURATION, TIP_PAST_CAP, Harm
 from opensuction.result.safety_case_result import DaySearchResult, SearchedDayRun
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -63,7 +61,7 @@ class CycleHarm(NamedTuple):
     """A bound, and how near to it a cycle of a day came."""
 
     cycle: int
-    """From 1; 0 for the time between the cycles."""
+    """From 1."""
     bound: Harm
     told: bool
     """Whether people were told of anything in this cycle."""
@@ -116,10 +114,13 @@ found."""
 
 
 def find_share(found: Harm) -> float:
-    """Worst value over its bound, of saturation what is missing to 100 %; infinite beyond it."""
+    """Worst value over its bound, of saturation what is missing to 100 %; infinite beyond it.
+
+    Where the tip rests, and how deep it goes, is planned: it counts only where it is broken.
+    """
     if found.is_broken:
         return math.inf
-    if found.name == LEFT_INSIDE:  # where the tip rests says nothing of harm
+    if found.name in (LEFT_INSIDE, TIP_PAST_CAP):
         return 0.0
     if found.name == SATURATION:
         return (FULL_PERCENT - found.worst) / (FULL_PERCENT - found.limit)
@@ -127,7 +128,10 @@ def find_share(found: Harm) -> float:
 
 
 def play(place: DayPlace) -> SearchedDay | None:
-    """Play a day and hold each cycle, and the time after it, against every bound."""
+    """Play a day and hold each cycle, until the end of its observation, against every bound.
+
+    The saturation between the cycles is the patient's own.
+    """
     kind = place.kind
     rig = RigChoice(patient=kind.patient, seed=place.seed, spread=place.spread)
     choice = CycleChoice(rig, approach=kind.approach)
@@ -146,15 +150,7 @@ def play(place: DayPlace) -> SearchedDay | None:
         day = day_run.play(cycle_run.prepare(resolution.resolve(choice)), asked, judge)
     except InputError:
         return None
-    found.append(_judge_rest(day, found))
     return _sum_up(place, day, found)
-
-
-def _judge_rest(day: Day, found: Sequence[CycleHarm]) -> CycleHarm:
-    """Saturation over the whole day: it is least long after a cycle is over."""
-    limit = next(one.bound for one in found if one.bound.name == SATURATION)
-    least = float(np.min(day.samples.spo2_percent))
-    return CycleHarm(0, limit._replace(worst=least), told=False)
 
 
 def _sum_up(place: DayPlace, day: Day, found: Sequence[CycleHarm]) -> SearchedDay:

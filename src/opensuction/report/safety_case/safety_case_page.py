@@ -188,7 +188,7 @@ def _days(found: DaySearchResult) -> tuple[Section, ...]:
             day.worst,
             day.limit,
             day.unit,
-            day.cycle or "between",
+            day.cycle,
             day.told if found.problems else None,
         )
         for day in found.problems or (found.worst,)
