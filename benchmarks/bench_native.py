@@ -23,7 +23,7 @@ from opensuction.control.motion_profile import HeadLimits
 from opensuction.control.preview import RunIn
 from opensuction.control.servo import Servo, ServoState
 from opensuction.evidence.benchmark import plant_run
-from opensuction.hysteresis import play_bundle, play_sum
+from opensuction.hysteresis import play, play_sum
 from opensuction.hysteresis.play_sum import PlaySum
 from opensuction.kernel import arithmetic
 from opensuction.kernel.compiled import compiled
@@ -76,7 +76,7 @@ CONSTANTS = {
     "TOUCH_MM": preview.TOUCH_MM,
     "EARLY_MM": preview.EARLY_MM,
     "FOLLOWED": preview.FOLLOWED,
-    "CONDUIT_PLAYS": play_bundle.PLAYS,
+    "CONDUIT_PLAYS": play.PLAYS,
     "CONDUIT_OF_PLAYS": TransmissionKind.PLAYS,
     "CREEP_MM_PER_S": transmission_model.VELOCITY_MM_PER_S,
     "TINY": arithmetic.TINY,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from opensuction.hysteresis.play_bundle import PLAYS
+from opensuction.hysteresis.play import PLAYS
 from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.modified_dahl import Fit
 from opensuction.kernel.errors import InputError

@@ -143,7 +143,7 @@ OPTIONS: dict[str, Any] = {
     ),
     "days": typer.Option(
         help="Days of 30 cycles without a fault, of each patient by each approach, searched for "
-        "harm: 4, and none with --hazard or --table.",
+        "harm: 2, and none with --hazard or --table.",
         min=0,
         max=10_000,
         metavar="N",

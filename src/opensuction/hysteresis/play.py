@@ -2,7 +2,10 @@
 
 A play element is a block in a slot of full width w: the head moves the slot, the slot's ends
 move the block. Many elements of different widths side by side round off the corners, as the
-clearance of a catheter that lies against its conduit in many places does.
+clearance of a catheter that lies against its conduit in many places does. A twin that steps a dozen
+every millisecond has them as a tuple of numbers: an array in a record costs, for wherever the
+record is passed on a reference is counted, and every step copies it. Loops over the tuple are
+written out for the compiled core: see `kernel.codegen.unrolled`.
 
 What one play cannot represent: rounded corners, and any motion of the output inside the gap. So
 it has no continuous inverse; the smallest move that gives a wanted output exists (`inverse_step`).
@@ -14,8 +17,9 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from annotated_types import Ge, Gt
+from annotated_types import Ge, Gt, Len
 
+from opensuction.kernel.codegen.unrolled import unrolled
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 
@@ -93,3 +97,25 @@ def inverse_step(model: Play, head_mm: float, position_mm: float, target_mm: flo
         return InverseMove(move_mm=0.0, reached=True)
     push_mm = math.copysign(0.5 * model.width_mm, goal_mm - position_mm)
     return InverseMove(move_mm=goal_mm + push_mm - head_mm, reached=True)
+
+
+PLAYS = 12
+"""Plays of a bundle: more change no figure of the bench by 1 %."""
+Bundle = Annotated[tuple[float, ...], Len(PLAYS, PLAYS)]
+"""A number for each of them."""
+
+
+@unrolled
+def scale_bundle(values: Bundle, ratio: float) -> Bundle:
+    """Each of them times the ratio."""
+    return tuple(ratio * values[j] for j in range(PLAYS))
+
+
+@unrolled
+def step_bundle(widths_mm: Bundle, positions_mm: Bundle, head_mm: float) -> tuple[Bundle, float]:
+    """Positions as they follow the head, and their mean in mm. See `step`."""
+    moved_mm = tuple(step(widths_mm[j], positions_mm[j], head_mm) for j in range(PLAYS))
+    total_mm = moved_mm[0]
+    for j in range(1, PLAYS):
+        total_mm += moved_mm[j]
+    return moved_mm, total_mm / PLAYS

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.hysteresis.play_bundle import PLAYS
+from opensuction.hysteresis.play import PLAYS
 from opensuction.kernel import random_stream
 from opensuction.kernel.unit import ATMOSPHERE_MMHG, HOUR_S, ML_PER_S
 from opensuction.twin import bedside, parameter

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from opensuction.hysteresis import play_bundle, play_sum
+from opensuction.hysteresis import play, play_sum
 from opensuction.hysteresis.bank import turning_point
 from opensuction.hysteresis.play_sum import PlaySum
 from opensuction.kernel.codegen.unrolled import chooser, unrolled, write_out
@@ -33,7 +33,7 @@ def _numbers(source: random.Random, count: int) -> tuple[float, ...]:
 
 
 def _twelve(source: random.Random) -> tuple[float, ...]:
-    return _numbers(source, play_bundle.PLAYS)
+    return _numbers(source, play.PLAYS)
 
 
 def _sixteen(source: random.Random) -> tuple[float, ...]:
@@ -45,7 +45,7 @@ def _sum(source: random.Random) -> PlaySum:
 
 
 def _lines(source: random.Random) -> PlayLines:
-    spans = tuple(source.uniform(0.1, 100.0) for _ in range(play_bundle.PLAYS))
+    spans = tuple(source.uniform(0.1, 100.0) for _ in range(play.PLAYS))
     lows, low, middle, high, widths = (_twelve(source) for _ in range(5))
     return PlayLines(lows, spans, low, middle, high, widths)
 
@@ -63,8 +63,8 @@ def _clocks(bits: tuple[int, ...]) -> Draw:
 FUNCTIONS: dict[str, tuple[Any, Draw]] = {
     "mature": (alarm_clock.mature, _clocks(alarm_clock.DELAYED)),
     "rise": (alarm_clock.rise, _clocks(alarm_clock.RISING)),
-    "scale": (play_bundle.scale, lambda r: (_twelve(r), r.uniform(0.0, 2.0))),
-    "bundle": (play_bundle.step, lambda r: (_twelve(r), _twelve(r), r.uniform(-40.0, 40.0))),
+    "scale": (play.scale_bundle, lambda r: (_twelve(r), r.uniform(0.0, 2.0))),
+    "bundle": (play.step_bundle, lambda r: (_twelve(r), _twelve(r), r.uniform(-40.0, 40.0))),
     "retracted": (play_sum.retracted_positions_mm, lambda r: (_sum(r), r.uniform(-40.0, 40.0))),
     "sum": (play_sum.step, lambda r: (_sum(r), _sixteen(r), r.uniform(-40.0, 40.0))),
     "weigh": (play_sum._weigh, lambda r: (r.uniform(-9.0, 9.0), _sixteen(r), _sixteen(r))),

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.hysteresis import play_bundle
+from opensuction.hysteresis import play
 from opensuction.kernel.compiled import compiled
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import transmission
@@ -149,7 +149,7 @@ def test_a_bundle_is_the_plays_that_an_array_holds() -> None:
     positions = distributed_play.retracted_positions_mm(widths, 0.0)
     state = transmission.bundle(positions)
     for head_mm in (3.0, 40.0, 18.5, 19.0, -20.0, 70.0):
-        state, mean = play_bundle.step(NOMINAL.widths_mm, state, head_mm)
+        state, mean = play.step_bundle(NOMINAL.widths_mm, state, head_mm)
         assert mean == distributed_play.step(widths, positions, head_mm)
         assert state == tuple(positions)
 

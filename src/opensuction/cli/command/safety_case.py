@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 EVERY_RUNS = 50
 """A line of progress after so many runs."""
-DAYS = 4
+DAYS = 2
 """Of each patient by each approach, beside the whole table."""
 
 

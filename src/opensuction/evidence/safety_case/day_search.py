@@ -174,7 +174,9 @@ class _Space:
 
     def spread(self, number: int) -> DayPlace:
         """A machine and a patient drawn anew, ever further from the nominal ones by turns."""
-        calibrates, far = number % 2 == 1, number // 2 % 3
+        # However few there are of each kind, the kinds together have all of it.
+        turn = number + KINDS.index(self._kind)
+        calibrates, far = turn % 2 == 1, turn // 2 % 3
         return DayPlace(self._kind, calibrates, self._draw(), MOST_SPREAD * (far + 1) / 3.0)
 
     def follow(self, worst: Sequence[DayPlace]) -> DayPlace:

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis import play
-from opensuction.hysteresis.play_bundle import PLAYS, Bundle
+from opensuction.hysteresis.play import PLAYS, Bundle
 from opensuction.kernel.codegen.unrolled import unrolled
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import by_name

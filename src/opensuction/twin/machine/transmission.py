@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.hysteresis import play, play_bundle
-from opensuction.hysteresis.play_bundle import PLAYS, Bundle
+from opensuction.hysteresis import play
+from opensuction.hysteresis.play import PLAYS, Bundle
 from opensuction.kernel.arithmetic import drop_tiny
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
@@ -146,7 +146,7 @@ def after_retract(transmission: Transmission, head_mm: float) -> TransmissionSta
 def widen(transmission: Transmission, ratio: float) -> Transmission:
     """The same with its gap, or what is in its place, so many times as wide; stretch as it was."""
     return transmission._replace(
-        widths_mm=play_bundle.scale(transmission.widths_mm, ratio),
+        widths_mm=play.scale_bundle(transmission.widths_mm, ratio),
         lag_ratio=transmission.lag_ratio * ratio,
     )
 
@@ -172,7 +172,7 @@ def _follow_otherwise(
         move_mm = (head_mm - state.head_mm) / ratio
         lag = rate_friction.step_bouc_wen_lag(transmission.bouc_wen, state.lag_mm, move_mm)
         return state.plays_mm, head_mm + ratio * transmission.bouc_wen.share * lag, lag
-    plays, mean = play_bundle.step(transmission.widths_mm, state.plays_mm, head_mm)
+    plays, mean = play.step_bundle(transmission.widths_mm, state.plays_mm, head_mm)
     if transmission.kind == TransmissionKind.RUBBING:
         move_mm = mean - (state.behind_mm + state.lag_mm)
         lag = rate_friction.step(transmission.friction, state.lag_mm, move_mm, ratio, dt_s)
@@ -189,7 +189,7 @@ def step(
     speed = 0.0
     if head_mm != state.head_mm:
         if transmission.kind == TransmissionKind.PLAYS:
-            plays, mean = play_bundle.step(transmission.widths_mm, plays, head_mm)
+            plays, mean = play.step_bundle(transmission.widths_mm, plays, head_mm)
             behind = play.step(transmission.stretch_mm, behind, mean)
         else:
             plays, behind, lag = _follow_otherwise(transmission, state, head_mm, dt_s)
