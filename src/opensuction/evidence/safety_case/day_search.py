@@ -28,7 +28,7 @@ from opensuction.simulation import outcome
 from opensuction.simulation.trace import Columns
 
 CYCLES, EVERY_MIN = 30, 30.0
-"""A day and a night at an interval at which guidelines look at a patient [design]."""
+"""Fifteen hours, a cycle each half hour: within the 24 h of a catheter [design]."""
 MOST_SPREAD = 3.0
 STEP = 0.3
 """Standard deviation of a step of the spread."""

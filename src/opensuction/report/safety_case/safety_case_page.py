@@ -171,7 +171,8 @@ def describe_days(found: DaySearchResult) -> str:
         broken = (
             f"no bound broken, nearest {found.worst.bound} at {100.0 * found.worst.share:.0f} %"
         )
-    return f"{many}, {found.aborted} broken off: {broken}."
+    refused = f" ({found.refused} more could not be planned)" if found.refused else ""
+    return f"{many}{refused}, {found.aborted} broken off: {broken}."
 
 
 def _days(found: DaySearchResult) -> tuple[Section, ...]:
