@@ -31,8 +31,12 @@ COMPONENTS = {
 }
 """Programs outside the lock that some tests need: by which names each may be found."""
 
-CHROMIUM_OPTIONS = ["--no-sandbox", "--disable-dev-shm-usage"]
-"""Its sandbox refuses root, and /dev/shm is 64 MB in containers. Only local pages here."""
+CHROMIUM_OPTIONS = ["--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu-watchdog"]
+"""Its sandbox refuses root, and /dev/shm is 64 MB in containers. Only local pages here.
+
+A computer that stands still is no drawing process that hangs: killed six times for it, it takes the
+browser with it.
+"""
 
 REQUIRED = "OPENSUCTION_REQUIRE_COMPONENTS"
 """Set to 1, a missing component fails its tests instead of skipping them."""
@@ -139,9 +143,13 @@ def component() -> Component:
     return find
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium(component: Component) -> Iterator["Browser"]:
-    """The system's Chromium, headless, driven by Playwright."""
+    """The system's Chromium, headless, driven by Playwright.
+
+    It ends with the file that wanted it: one that lay idle until all tests were through might not
+    live to see that, and the last test of the process would be blamed.
+    """
     program = component("chromium")
     from playwright.sync_api import sync_playwright
 

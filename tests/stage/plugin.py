@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from xdist.scheduler import LoadFileScheduling
 
+from tests.stage import summary
 from tests.stage.judge import RealTimeJudge, premise_of
 from tests.stage.standstill import StandstillWatch
 from tests.stage.summary import COUNTED, RESULT
@@ -37,7 +38,7 @@ def write_result(reporter: pytest.TerminalReporter, file: Path) -> None:
     """Write how many tests came to which end, and which failed, as JSON."""
     counts = {kind: len(reporter.stats.get(kind, ())) for kind in COUNTED}
     failed = [
-        f"{kind.upper()} {report.nodeid}"
+        summary.failure(kind, report)
         for kind in ("failed", "error")
         for report in reporter.stats.get(kind, ())
     ]

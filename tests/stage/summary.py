@@ -9,6 +9,26 @@ RESULT = "OPENSUCTION_TEST_RESULT"
 """Environment variable: the file into which a stage writes what came of it."""
 COUNTED = ("failed", "passed", "skipped", "xfailed", "xpassed", "error")
 WIDTH = 80
+LONGEST = 300
+"""Characters that are shown of what a test failed with."""
+
+
+def failure(kind: str, report: pytest.TestReport | pytest.CollectReport) -> str:
+    """Such as ``ERROR tests/test_a.py::test_b at teardown: OSError: ...``, in one line.
+
+    All that is seen of a run may be its last lines. A fixture of the whole session that fails as it
+    ends is told at the last test of its process, which has nothing to do with it.
+    """
+    told = f"{kind.upper()} {report.nodeid}"
+    when = getattr(report, "when", "call")
+    if when in ("setup", "teardown"):
+        told += f" at {when}"
+    crash = getattr(report.longrepr, "reprcrash", None)
+    message = crash.message if crash else report.longreprtext
+    message = " ".join(message.split())
+    if len(message) > LONGEST:
+        message = f"{message[:LONGEST]} ..."
+    return f"{told}: {message}" if message else told
 
 
 def status(statuses: list[int]) -> int:

@@ -1,6 +1,11 @@
 """Both stages of a run come to one end."""
 
+import json
+import os
+import subprocess
+import sys
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -19,3 +24,35 @@ def test_both_stages_end_in_one_line() -> None:
     line = summary.line(counts, 1575.58)
     assert line.strip("= ") == "2 failed, 8976 passed, 1 skipped in 1575.58s (0:26:16)"
     assert "no tests ran in" in summary.line(Counter(), 1.0)
+
+
+FAILING = """
+import pytest
+
+@pytest.fixture(scope="session")
+def browser():
+    yield
+    raise OSError("the browser is gone\\nfor good")
+
+def test_a_wrong_sum(browser):
+    assert 1 + 1 == 3
+
+def test_the_last_of_its_process():
+    pass
+"""
+
+
+def test_each_failure_is_told_with_its_reason_in_one_line(tmp_path: Path) -> None:
+    file, result = tmp_path / "test_failing.py", tmp_path / "result.json"
+    file.write_text(FAILING)
+    plugin = ("-p", "tests.stage.plugin", "-p", "no:cacheprovider", f"--rootdir={tmp_path}")
+    command = [sys.executable, "-m", "pytest", "-n", "1", *plugin, str(file)]
+    environment = {**os.environ, summary.RESULT: str(result)}
+    for variable in [name for name in environment if name.startswith("PYTEST")]:
+        del environment[variable]
+    subprocess.run(command, env=environment, capture_output=True, check=False)
+    assert json.loads(result.read_text())["failed"] == [
+        "FAILED test_failing.py::test_a_wrong_sum: assert (1 + 1) == 3",
+        "ERROR test_failing.py::test_the_last_of_its_process at teardown: "
+        "OSError: the browser is gone for good",
+    ]

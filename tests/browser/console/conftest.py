@@ -23,7 +23,7 @@ class Bedside(NamedTuple):
     complaints: list[str]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def fake_server() -> Iterator[FakeServer]:
     with serve() as server:
         yield server
@@ -35,12 +35,10 @@ def fake(fake_server: FakeServer) -> Iterator[tuple[FakeMachine, str]]:
         yield machine, fake_server.url
 
 
-@pytest.fixture(scope="session")
-def tablet(chromium: "Browser") -> Iterator["BrowserContext"]:
-    """What these pages share: the files of the console, which are loaded once."""
-    context = chromium.new_context(viewport=TABLET)  # type: ignore[arg-type]
-    yield context
-    context.close()
+@pytest.fixture(scope="module")
+def tablet(chromium: "Browser") -> "BrowserContext":
+    """What the pages of a file share: the files of the console, which are loaded once."""
+    return chromium.new_context(viewport=TABLET)  # type: ignore[arg-type]
 
 
 @pytest.fixture
