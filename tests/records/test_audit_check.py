@@ -13,9 +13,10 @@ from sqlalchemy import Column, Connection, select, text
 
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import schema
+from opensuction.records.entry import to_hash
 from opensuction.records.records import Records
 from opensuction.records.trail import chain
-from opensuction.records.trail.chain import BEGINNING, to_canonical, to_hash
+from opensuction.records.trail.chain import BEGINNING, to_canonical
 from tests.cli.command import opensuction
 from tests.records import recorded
 from tests.records.conftest import on_both

@@ -25,7 +25,7 @@ from opensuction.accounts.site import (
 )
 from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import AccountState, Bearer, Credential
-from opensuction.records.database.schema import LONGEST_NAME
+from opensuction.records.entry import LONGEST_NAME
 
 
 class RateLimitKey(NamedTuple):

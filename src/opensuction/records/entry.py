@@ -1,17 +1,40 @@
-"""Entries of the records, as a caller hands them over.
+"""Entries of the records, as a caller hands them over, and their bounds.
 
-Checks of entries before they reach the database, whose own messages are less plain.
+Checks of entries before they reach the database, whose own messages are less plain. A process that
+only names what is on record, as the controller's, needs no database for it.
 """
 
+import hashlib
 import re
 from datetime import datetime
 from enum import StrEnum
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
-from opensuction.records.database import schema
-from opensuction.records.trail.chain import to_hash
 from opensuction.settings.wording import show
+
+LONGEST_NAME = 64
+LONGEST_TEXT = 4000
+HASH_DIGITS = 64
+"""Of SHA-256 in hexadecimal."""
+LONGEST_FILE = 1_000_000
+"""Characters of a settings file, as `settings.toml_file` reads them."""
+LONGEST_LIFE_S = 86_400
+"""A catheter is never used for longer. Source: [paper] II-A."""
+LARGEST_FR = 30
+LARGEST_PART = 1000
+"""As many files a recorder makes of one recording."""
+LARGEST_FILE = 2**62
+"""Bytes of a recording."""
+OUTCOMES = ("completed", "aborted", "interrupted")
+"""Interrupted: found without an end after a crash."""
+PRIORITIES = ("low", "medium", "high")
+APPROACHES = ("travel", "contact")
+
+
+def to_hash(content: str) -> str:
+    """SHA-256 in hexadecimal."""
+    return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
 class Machine(NamedTuple):
@@ -132,7 +155,7 @@ class Unfinished(NamedTuple):
 
 
 PSEUDONYM = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-HASH = re.compile(rf"[0-9a-f]{{{schema.HASH_DIGITS}}}")
+HASH = re.compile(rf"[0-9a-f]{{{HASH_DIGITS}}}")
 
 
 def _check_text(what: str, value: object, longest: int, shortest: int) -> None:
@@ -154,12 +177,12 @@ def _is_torn(value: str) -> bool:
 
 def check_name(what: str, value: object) -> None:
     """Raises InputError for what is no name of 1 to 64 characters."""
-    _check_line(what, value, schema.LONGEST_NAME)
+    _check_line(what, value, LONGEST_NAME)
 
 
 def check_reason(what: str, value: object) -> None:
     """Raises InputError for what a person wrote that is no single line of what can be read."""
-    _check_line(what, value, schema.LONGEST_TEXT)
+    _check_line(what, value, LONGEST_TEXT)
 
 
 def _check_line(what: str, value: object, longest: int) -> None:
@@ -171,7 +194,7 @@ def _check_line(what: str, value: object, longest: int) -> None:
 
 def check_detail(what: str, value: object) -> None:
     """Raises InputError for what is no text of a few lines."""
-    _check_text(what, value, schema.LONGEST_TEXT, 0)
+    _check_text(what, value, LONGEST_TEXT, 0)
 
 
 def check_search(value: object, longest: int) -> None:
@@ -211,7 +234,7 @@ def _check_choice(what: str, value: object, known: tuple[str, ...]) -> None:
 def check_file(what: str, file: SettingsFile) -> None:
     """Raises InputError for what is no settings file."""
     check_name(f"the name of the {what}", file.name)
-    _check_text(f"the {what}", file.content, schema.LONGEST_FILE, 0)
+    _check_text(f"the {what}", file.content, LONGEST_FILE, 0)
 
 
 def check_machine(machine: Machine) -> None:
@@ -226,10 +249,10 @@ def check_start(start: CycleStart) -> None:
     """Raises InputError for what is no cycle."""
     check_machine(start.machine)
     check_name("the catheter's label", start.catheter.label)
-    check_whole("the catheter's size", start.catheter.size_fr, schema.LARGEST_FR, "Fr")
-    check_whole("the catheter's life", start.catheter.life_s, schema.LONGEST_LIFE_S, "s")
+    check_whole("the catheter's size", start.catheter.size_fr, LARGEST_FR, "Fr")
+    check_whole("the catheter's life", start.catheter.life_s, LONGEST_LIFE_S, "s")
     check_file("protocol", start.protocol)
-    _check_choice("the approach", start.approach, schema.APPROACHES)
+    _check_choice("the approach", start.approach, APPROACHES)
     check_name("who requested it", start.requested_by)
     check_name("the software", start.software)
     if start.patient is not None:
@@ -239,12 +262,12 @@ def check_start(start: CycleStart) -> None:
     if start.settings_sha256 is not None:
         check_hash("the settings' hash", start.settings_sha256)
     if start.recording is not None:
-        _check_text("the recording", start.recording, schema.LONGEST_TEXT, 1)
+        _check_text("the recording", start.recording, LONGEST_TEXT, 1)
 
 
 def check_end(end: CycleEnd) -> None:
     """Raises InputError for what is no end of a cycle."""
-    _check_choice("the outcome", end.outcome, schema.OUTCOMES)
+    _check_choice("the outcome", end.outcome, OUTCOMES)
     check_detail("the detail of the outcome", end.detail)
     if end.inside_at_end is not None and not isinstance(end.inside_at_end, bool):
         raise InputError("whether the catheter was inside must be true, false or not known")
@@ -253,7 +276,7 @@ def check_end(end: CycleEnd) -> None:
 def check_alarm(alarm: Alarm) -> None:
     """Raises InputError for what is no alarm."""
     check_name("the alarm's condition", alarm.condition)
-    _check_choice("the alarm's priority", alarm.priority, schema.PRIORITIES)
+    _check_choice("the alarm's priority", alarm.priority, PRIORITIES)
     check_detail("the alarm's detail", alarm.detail)
 
 
@@ -274,9 +297,9 @@ def check_recording(file: BoundFile) -> None:
         check_name(f"the name of the {what}", name)
         if "/" in name:
             raise InputError(f"the name of the {what} {show(name)} is no name of a file")
-    _check_text("the folder of the recording", file.folder, schema.LONGEST_TEXT, 1)
+    _check_text("the folder of the recording", file.folder, LONGEST_TEXT, 1)
     check_hash("the recording's hash", file.sha256)
-    check_whole("the recording's part", file.part, schema.LARGEST_PART, "")
-    check_whole("the recording's size + 1", file.size_bytes + 1, schema.LARGEST_FILE, "bytes")
+    check_whole("the recording's part", file.part, LARGEST_PART, "")
+    check_whole("the recording's size + 1", file.size_bytes + 1, LARGEST_FILE, "bytes")
     if not isinstance(file.is_closed, bool):
         raise InputError("whether the recording was closed must be true or false")

@@ -27,6 +27,7 @@ from opensuction.records.entry import (
     Machine,
     Outcome,
     Unfinished,
+    to_hash,
 )
 from opensuction.records.history import History
 from opensuction.records.migration import upgrade
@@ -40,7 +41,7 @@ from opensuction.records.request import (
     note_machine,
     store_one_each,
 )
-from opensuction.records.trail.chain import AuditReport, Head, read_head, to_canonical, to_hash
+from opensuction.records.trail.chain import AuditReport, Head, read_head, to_canonical
 
 WAIT_S = 5.0
 """Longest wait for another program that writes, unless another is given."""

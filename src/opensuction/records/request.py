@@ -19,8 +19,9 @@ from opensuction.records.entry import (
     Machine,
     Outcome,
     SettingsFile,
+    to_hash,
 )
-from opensuction.records.trail.chain import Row, Trail, Value, to_hash
+from opensuction.records.trail.chain import Row, Trail, Value
 
 
 class Request:
@@ -194,14 +195,14 @@ def store_one_each(request: Request, name: str) -> None:
         machine=machine,
         catheter=Catheter(name, size_fr=1, life_s=1),
         protocol=file,
-        approach=schema.APPROACHES[0],
+        approach=entry.APPROACHES[0],
         requested_by=name,
         software=name,
         patient=name,
         parameter_file=file,
     )
     cycle = begin_cycle(request, start)
-    add_alarm(request, machine, Alarm(name, schema.PRIORITIES[0]), cycle)
+    add_alarm(request, machine, Alarm(name, entry.PRIORITIES[0]), cycle)
     act(request, Action(name, "trial", cycle_id=cycle))
     recorded = BoundFile(name, name, 1, name, 1, to_hash(name), is_closed=True)
     bind_recording(request, machine, recorded)

@@ -8,11 +8,16 @@ hold secrets, or what passes: they have no entry, and their rows go when they en
 Building blocks of all tables: names of constraints, bounds, types of columns.
 """
 
+from datetime import UTC, datetime
+from typing import Any
+
 from sqlalchemy import (
     BigInteger,
     Boolean,
     CheckConstraint,
     Column,
+    DateTime,
+    Dialect,
     ForeignKey,
     Index,
     Integer,
@@ -21,13 +26,20 @@ from sqlalchemy import (
     Text,
     UniqueConstraint,
 )
+from sqlalchemy.types import TypeDecorator
 
-from opensuction.records.database.utc_time import UtcTime
-
-LONGEST_NAME = 64
-LONGEST_TEXT = 4000
-HASH_DIGITS = 64
-"""Of SHA-256 in hexadecimal."""
+from opensuction.records.database.utc_time import to_utc
+from opensuction.records.entry import (
+    APPROACHES,
+    HASH_DIGITS,
+    LARGEST_FR,
+    LONGEST_FILE,
+    LONGEST_LIFE_S,
+    LONGEST_NAME,
+    LONGEST_TEXT,
+    OUTCOMES,
+    PRIORITIES,
+)
 
 METADATA = MetaData(
     naming_convention={
@@ -40,6 +52,28 @@ METADATA = MetaData(
 )
 SEQUENCE = BigInteger().with_variant(Integer, "sqlite")
 """SQLite counts by itself in columns of the plain kind only."""
+
+
+class UtcTime(TypeDecorator[datetime]):
+    """A column of instants; SQLite keeps no zones, so all of them are in UTC."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> Any:
+        """As the database takes it."""
+        if value is None:
+            return None
+        in_utc = to_utc(value)
+        return in_utc.replace(tzinfo=None) if dialect.name == "sqlite" else in_utc
+
+    def process_result_value(self, value: Any, dialect: Dialect) -> datetime | None:
+        """As the program reads it."""
+        if value is None:
+            return None
+        if dialect.name == "sqlite":
+            value = value.replace(tzinfo=UTC)
+        return to_utc(value)
 
 
 def bound(name: str, longest: int, shortest: int = 1) -> CheckConstraint:
@@ -125,21 +159,6 @@ attempt = Table(
     CheckConstraint("failures >= 0", name="failures"),
 )
 """Sign-ins that failed in a row; the key is a hash: of what somebody typed nothing is kept."""
-
-
-LONGEST_FILE = 1_000_000
-"""Characters of a settings file, as `settings.toml_file` reads them."""
-LONGEST_LIFE_S = 86_400
-"""A catheter is never used for longer. Source: [paper] II-A."""
-LARGEST_FR = 30
-LARGEST_PART = 1000
-"""As many files a recorder makes of one recording."""
-LARGEST_FILE = 2**62
-"""Bytes of a recording."""
-OUTCOMES = ("completed", "aborted", "interrupted")
-"""Interrupted: found without an end after a crash."""
-PRIORITIES = ("low", "medium", "high")
-APPROACHES = ("travel", "contact")
 
 
 def _file_table(name: str) -> Table:

@@ -8,7 +8,6 @@ the SHA-256 of that text. The first one's ``previous`` is 64 zeros.
 Check that the audit trail is complete, and that the stored rows agree with it.
 """
 
-import hashlib
 import json
 from collections import Counter
 from collections.abc import Mapping
@@ -21,12 +20,13 @@ from sqlalchemy import Connection, Table, exc, func, select, text
 from opensuction.records.database import schema
 from opensuction.records.database.database import find_triggers
 from opensuction.records.database.utc_time import to_text
+from opensuction.records.entry import HASH_DIGITS, to_hash
 from opensuction.settings.wording import show
 
 Value = str | int | bool | datetime | None
 Row = Mapping[str, Value]
 
-BEGINNING = "0" * schema.HASH_DIGITS
+BEGINNING = "0" * HASH_DIGITS
 """What the first entry follows."""
 
 
@@ -41,11 +41,6 @@ class Head(NamedTuple):
 def to_canonical(data: Any) -> str:
     """The one text that stands for this data."""
     return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
-
-
-def to_hash(content: str) -> str:
-    """SHA-256 in hexadecimal."""
-    return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
 def to_plain(row: Row) -> dict[str, str | int | bool | None]:
