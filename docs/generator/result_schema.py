@@ -19,7 +19,11 @@ from opensuction.evidence.benchmark.benchmark import BenchmarkFigures
 from opensuction.evidence.paper.reproduction import ReproductionResult
 from opensuction.result.calibration_result import CalibrationResult
 from opensuction.result.day_result import CycleAndDay
-from opensuction.result.identification_result import ComparisonResult, IdentificationResult
+from opensuction.result.identification_result import (
+    ComparisonResult,
+    IdentificationResult,
+    PredictionResult,
+)
 from opensuction.result.plain import FLAT, IF_FINITE, IF_KNOWN, Json
 from opensuction.result.safety_case_result import SafetyCaseResult
 from opensuction.result.trial_result import PlayedCycle, TrialResult
@@ -63,6 +67,7 @@ OBJECTS = {
     "inject": CommandObject(InjectionResult),
     "identify": CommandObject(IdentificationResult),
     "compare": CommandObject(ComparisonResult),
+    "predict": CommandObject(PredictionResult),
     "calibrate": CommandObject(CalibrationResult),
     "replay": CommandObject(ReplayResult),
     "replay-several": CommandObject(SeveralReplays),

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 import opensuction as osn
+from opensuction.hysteresis.bank import play_readout
 from opensuction.identification.workbench import MODELS
 from tests.cli.command import opensuction
 from tests.library.recordings import bench, strokes, wrist
@@ -87,6 +88,34 @@ def test_several_inputs_are_fitted_predicted_and_loaded(tmp_path: Path) -> None:
     )
     assert "has 1 inputs, the model follows 2 inputs" in refusal(lambda: fit.predict(x[:, 0]))
     assert ET.fromstring(fit.plot().svg).tag.endswith("svg")
+
+
+def test_residuals_and_score_are_of_the_output_as_it_was_given() -> None:
+    x, y = X, -2.0 * X + np.sin(np.arange(X.size))
+    fit = osn.identify(x, y, "prandtl-ishlinskii", negate_output=True)
+    assert np.array_equal(fit.residuals, y - fit.predict(x))
+    assert fit.score(x, y) == pytest.approx(1.0 - np.var(fit.residuals) / np.var(y), abs=1e-6)
+    assert fit.score(x, y + 50.0) < 1.0 - 50.0**2 / np.var(y) + 0.1
+    assert "does not move" in refusal(lambda: fit.score(x, np.ones(x.size)))
+    assert f"x has {x.size} samples, y has 3" in refusal(lambda: fit.score(x, [1.0, 2.0, 3.0]))
+
+
+def test_a_loaded_fit_has_no_residuals(fit: osn.Fit, tmp_path: Path) -> None:
+    fit.save(tmp_path / "fit.toml")
+    said = refusal(lambda: osn.load(tmp_path / "fit.toml").residuals)
+    assert "a parameter file has no samples" in said
+
+
+def test_a_readout_with_a_slow_state_predicts_and_is_loaded_again(tmp_path: Path) -> None:
+    x = strokes(2400)
+    y = osn.hysteresis.model("play", width_mm=8.0, gain=0.9, offset_mm=1.0).simulate(x)
+    y += 0.02 * play_readout.lag_columns(np.array([300.0]), x, np.array([0.0]))[0]
+    fit = osn.identify(x, y + 0.02 * np.sin(7.0 * np.arange(x.size)), "play-readout")
+    assert any(name.startswith("lag") for name in fit.parameters)
+    assert fit.recording is not None
+    assert np.array_equal(fit.predict(x), fit.recording.fitted)
+    fit.save(tmp_path / "fit.toml")
+    assert np.array_equal(osn.load(tmp_path / "fit.toml").predict(x), fit.predict(x))
 
 
 @pytest.mark.parametrize("past", [-1.0, 0.0, 1.0])

@@ -1,63 +1,49 @@
 """Options of the command line: each defined once, under the name of the field that it fills."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import typer
 
 from opensuction.cli import completion
+from opensuction.cli.recording_option import RECORDING_OPTIONS, join, take_name
 
 NAME_OR_FILE = "NAME|FILE"
 
 
-def _take_name(words: str, names: Sequence[str], metavar: str = "NAME") -> Any:
-    """An option that takes one of these names, completed by the shell."""
-    return typer.Option(
-        help=words,
-        metavar=metavar,
-        autocompletion=completion.complete_from(names),
-        show_default=False,
-    )
-
-
-def _join(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:-1])} or {names[-1]}"
-
-
-OPTIONS: dict[str, Any] = {
-    "machine": _take_name(
-        f"Machine: {_join(completion.MACHINES)}, or a TOML file. Default: clinical, but bench for "
+OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
+    "machine": take_name(
+        f"Machine: {join(completion.MACHINES)}, or a TOML file. Default: clinical, but bench for "
         "the protocol paper.",
         completion.MACHINES,
         NAME_OR_FILE,
     ),
-    "patient": _take_name(
-        f"Patient for whom a clinical machine is set up: {_join(completion.PATIENTS)}, or a TOML "
+    "patient": take_name(
+        f"Patient for whom a clinical machine is set up: {join(completion.PATIENTS)}, or a TOML "
         "file. Default: adult-icu.",
         completion.PATIENTS,
         NAME_OR_FILE,
     ),
-    "protocol": _take_name(
+    "protocol": take_name(
         "Protocol: adult, paediatric, paper (bench only), or a TOML file. Default: by the "
         "patient's age; paper on the bench.",
         completion.PROTOCOLS,
         NAME_OR_FILE,
     ),
-    "catheter": _take_name(
-        f"Catheter: {_join(completion.CATHETERS)}. Default: 12fr for adults and the bench, 6fr for "
+    "catheter": take_name(
+        f"Catheter: {join(completion.CATHETERS)}. Default: 12fr for adults and the bench, 6fr for "
         "children and neonates.",
         completion.CATHETERS,
     ),
-    "conduit": _take_name(
-        f"How the conduit is laid: {_join(completion.CONDUITS)}. Default: standard.",
+    "conduit": take_name(
+        f"How the conduit is laid: {join(completion.CONDUITS)}. Default: standard.",
         completion.CONDUITS,
     ),
-    "approach": _take_name(
+    "approach": take_name(
         "How the stopping point is found: travel (a taught length) or contact (the switch at the "
         "tip closes on the carina). Default: travel.",
         completion.APPROACHES,
     ),
-    "compensation": _take_name(
+    "compensation": take_name(
         "Compensation of the backlash: none, direct-inverse (the paper's, as printed), "
         "exact-inverse, gap-width, lookup-table, prandtl-ishlinskii, preview or model-preview (any "
         "model of plays), identified on the twin before use; or, for a cycle, a parameter file "
@@ -80,7 +66,7 @@ OPTIONS: dict[str, Any] = {
         metavar="NAME[@S][=STRENGTH]",
         autocompletion=completion.complete_from(completion.FAULTS),
     ),
-    "preoxygenation": _take_name(
+    "preoxygenation": take_name(
         "What a person answers before each cycle when the machine asks for pre-oxygenation (adults "
         "and children): confirmed (the twin's ventilator gives 100 % oxygen for 60 s, and goes on) "
         "or skipped. Default: confirmed.",
@@ -174,8 +160,8 @@ OPTIONS: dict[str, Any] = {
         autocompletion=completion.complete_from(completion.FAULT_COUNTS),
         show_default=False,
     ),
-    "cohort": _take_name(
-        f"Whose patients: {_join(completion.COHORTS)}. Default: presets, all of them in turn.",
+    "cohort": take_name(
+        f"Whose patients: {join(completion.COHORTS)}. Default: presets, all of them in turn.",
         completion.COHORTS,
     ),
     "workers": typer.Option(
@@ -202,122 +188,6 @@ OPTIONS: dict[str, Any] = {
         metavar="X",
     ),
     "table": typer.Option(help="Hazard table (TOML). Default: the project's own.", metavar="FILE"),
-    "file": typer.Argument(
-        metavar="FILE",
-        help="The recording: CSV, Parquet, .npz or .mat; - is standard input.",
-        show_default=False,
-    ),
-    "input": typer.Option(
-        metavar="COL",
-        help="Column of what drives: the head; leave it out to be told which columns FILE has. "
-        "Given again: what drives too, such as another joint; play-readout follows several.",
-        show_default=False,
-    ),
-    "output": typer.Option(
-        metavar="COL", help="Column of what follows: the tip.", show_default=False
-    ),
-    "time": typer.Option(metavar="COL", help="Column of time. Default: samples evenly spaced."),
-    "negate_output": typer.Option(
-        "--negate-output", help="Turn the output's sign round, where it falls as the input rises."
-    ),
-    "model": _take_name(
-        "Model of the hysteresis: modified-dahl (the paper's), prandtl-ishlinskii, preisach or "
-        "play-readout (of one or several inputs), which a cycle can be compensated with; dahl, "
-        "bouc-wen, generalised, residual-readout or maxwell-slip, which drive no head. Default: "
-        "modified-dahl.",
-        completion.MODELS,
-    ),
-    "purpose": _take_name(
-        "What the recommended model is for: predict, compensate (only what a compensator takes) or "
-        "transfer (to another speed or time). Default: predict.",
-        completion.PURPOSES,
-    ),
-    "method": _take_name(
-        "Way to fit it: variable-projection, genetic-algorithm (the paper's), "
-        "differential-evolution, non-negative, rising (a play readout that can drive) or "
-        "regularised. Default: the model's own.",
-        completion.METHODS,
-    ),
-    "holdout": typer.Option(
-        metavar="R",
-        help="Share of the recording, from its end, that is predicted instead of fitted, such as "
-        "0.5: shows how the model does on what it has not seen.",
-        show_default=False,
-    ),
-    "from_s": typer.Option(
-        "--from", metavar="S", help="Leave out what lies before this time, in s."
-    ),
-    "to_s": typer.Option("--to", metavar="S", help="Leave out what lies after this time, in s."),
-    "input_unit": typer.Option(metavar="UNIT", help="Unit of the input, if its name has none."),
-    "output_unit": typer.Option(metavar="UNIT", help="Unit of the output, if its name has none."),
-    "time_unit": typer.Option(
-        metavar="UNIT", help="Unit of the time, if its name has none: ns to d. Default: s."
-    ),
-    "skip_missing": typer.Option(
-        "--skip-missing",
-        help="Leave out the rows in which a named column has no number, instead of refusing them.",
-    ),
-    "recording": typer.Argument(
-        metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
-    ),
-    "replayed": typer.Argument(
-        metavar="FILE",
-        help="Recordings (.mcap) that opensuction wrote: one, or several.",
-        show_default=False,
-    ),
-    "unrecorded": typer.Option(
-        "--no-recording",
-        help="Write no recording.mcap: it has every tick, .22 MB a second of the run.",
-    ),
-    "trace": typer.Option(
-        help="Write the time series, a row for each millisecond, as FILE.csv or FILE.parquet "
-        "(needs pip install 'opensuction[parquet]'); of a day the last cycle's.",
-        metavar="FILE",
-        show_default=False,
-    ),
-    "format": typer.Option(
-        help="csv, or parquet (needs pip install 'opensuction[parquet]'). Default: csv.",
-        metavar="csv|parquet",
-        autocompletion=completion.complete_from(completion.FORMATS),
-        show_default=False,
-    ),
-    "columns": typer.Option(
-        help="Columns that are wanted, such as inputs.readings.head_mm or 'outputs.*'; may be "
-        "given many times. Default: all.",
-        metavar="NAME",
-        show_default=False,
-    ),
-    "database": typer.Option(
-        help="Database of the records: a file, sqlite:///FILE or postgresql://USER@HOST/NAME. "
-        "Default: OPENSUCTION_DATABASE, else records.db in the user's data folder.",
-        metavar="FILE|URL",
-        show_default=False,
-    ),
-    "act": typer.Argument(
-        metavar="ACT",
-        help="list, add, role, deactivate or reset-password. Default: list.",
-        autocompletion=completion.complete_from(completion.ACTS_ON_USERS),
-        show_default=False,
-    ),
-    "account": typer.Argument(metavar="NAME", help="Whose account.", show_default=False),
-    "role": _take_name(
-        f"What the person is here for: {_join(completion.ROLES)}.", completion.ROLES
-    ),
-    "administrator": typer.Option(
-        "--administrator", help="May manage accounts, too. With role: no more, without it."
-    ),
-    "reason": typer.Option(help="Why; it is put on record.", metavar="TEXT", show_default=False),
-    "expect_head": typer.Option(
-        help="Last hash of an earlier audit, which the trail must still hold.",
-        metavar="HASH",
-        show_default=False,
-    ),
-    "recordings": typer.Option(
-        help="Folder where the recordings lie by now. Default: where each was written.",
-        metavar="DIR",
-        show_default=False,
-    ),
-    "trail_only": typer.Option("--trail-only", help="Read no recordings."),
     "folder": typer.Argument(
         metavar="NAME|DIR",
         help="The machine, by its name or the folder that its processes share.",
@@ -400,5 +270,14 @@ OPTIONS: dict[str, Any] = {
     "as_json": typer.Option("--json", help="One JSON object on stdout and nothing else."),
 }
 """By the name of the field that an option fills; the same one for every command that has it."""
-OF_A_FILE = ("input", "output", "time", "input_unit", "output_unit", "columns")
+OF_A_FILE = (
+    "input",
+    "output",
+    "driven",
+    "measured",
+    "time",
+    "input_unit",
+    "output_unit",
+    "columns",
+)
 """Fields whose words stand in a file, not in the names of files."""

@@ -61,7 +61,7 @@ def in_python() -> Iterator[None]:
         raise InputError(words) from None
 
 
-def _to_row(name: str, values: Values) -> Array:
+def to_row(name: str, values: Values) -> Array:
     """One quantity as a row of finite numbers; raises InputError."""
     row = np.asarray(values)
     if isinstance(values, np.ma.MaskedArray):
@@ -118,7 +118,7 @@ def split_inputs(x: Values) -> dict[str, Values]:
 
 def read_inputs(x: Values, count: int) -> Array:
     """Inputs for a model of ``count`` of them, shape (count, n). Raises InputError."""
-    rows = [_to_row(name, values) for name, values in split_inputs(x).items()]
+    rows = [to_row(name, values) for name, values in split_inputs(x).items()]
     if len(rows) != count:
         expected = "one input" if count == 1 else f"{count} inputs, shape (samples, {count})"
         raise InputError(f"x: has {len(rows)} inputs, the model follows {expected}")
@@ -143,7 +143,7 @@ def _name_columns(
     if len(set(called)) < len(called):
         raise InputError(f"names: {', '.join(called)}: each should be another; give names=")
     rows = {
-        name: _to_row(name, values)
+        name: to_row(name, values)
         for name, values in zip(called, [*inputs.values(), y], strict=True)
     }
     return rows, called[-1]
@@ -181,7 +181,7 @@ def load(
     )
     identification_run.check(choice, model, method)
     if time is not None:
-        columns[time] = _to_row(time, given.time)
+        columns[time] = to_row(time, given.time)
     sizes = {name: row.size for name, row in columns.items()}
     if len(set(sizes.values())) > 1:
         listed = ", ".join(f"{name} {size}" for name, size in sizes.items())

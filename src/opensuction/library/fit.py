@@ -17,7 +17,7 @@ from opensuction.hysteresis.named_model import Model, to_targets
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.library.columns import Values, read_inputs
+from opensuction.library.columns import Values, read_inputs, to_row
 from opensuction.library.drawing import Curve, draw
 from opensuction.result.identification_result import IdentificationResult, ModelResult
 from opensuction.result.plain import Json, to_json
@@ -100,9 +100,7 @@ class Fit:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs, in their order."""
-        found = self.identified
-        names = tuple(one.column for one in found.structure)
-        return names or (found.about.recording.input.column,)
+        return identification_file.input_names(self.identified)
 
     @property
     def parameters(self) -> Parameters:
@@ -135,10 +133,10 @@ class Fit:
     def _parts(self) -> tuple[ModelPart, ...]:
         return identification_file.to_model(self.identified, self.model)
 
-    @cached_property
+    @property
     def _sign(self) -> float:
         """Of the output as it was given, over that of the output as it was fitted."""
-        return -1.0 if self.identified.about.recording.output.negated else 1.0
+        return identification_file.output_sign(self.identified)
 
     @property
     def hysteresis(self) -> Model:
@@ -165,15 +163,38 @@ class Fit:
         """
         inputs = read_inputs(x, len(self._parts))
         if past is not None:
-            output = self._simulate(inputs, lambda row, model: model.simulate(row, past, start))
-        elif start is not None:
-            raise InputError("start: says where the input was after a past; give past= too")
-        else:
-            output = sum(
-                (part.simulate(row) for part, row in zip(self._parts, inputs, strict=True)),
-                np.zeros(inputs.shape[1]),
+            return self._sign * self._simulate(
+                inputs, lambda row, model: model.simulate(row, past, start)
             )
-        return self._sign * output
+        if start is not None:
+            raise InputError("start: says where the input was after a past; give past= too")
+        return identification_file.predict(self.identified, self._parts, inputs)
+
+    @property
+    def residuals(self) -> Array:
+        """Given minus fitted output of the recording, those held out included, shape (n,).
+
+        Raises InputError for a file that was loaded: it has no samples in it.
+        """
+        if self.recording is None:
+            raise InputError("residuals: a parameter file has no samples; predict a recording")
+        return self._sign * (self.recording.answer - self.recording.fitted)
+
+    def score(self, x: Values, y: ArrayLike) -> float:
+        """Share of the output's variance that `predict` of the inputs explains, at most 1.
+
+        The coefficient of determination, as scikit-learn's regressors have it: 0 is as good as
+        the mean, below 0 is worse. Raises InputError for what is no row of numbers, and for an
+        output that does not move or has another length.
+        """
+        predicted, measured = self.predict(x), to_row("y", y)
+        if measured.size != predicted.size:
+            raise InputError(f"x has {predicted.size} samples, y has {measured.size}; give as many")
+        spread = measured - measured.mean()
+        if not spread.any():
+            raise InputError("y: does not move, so no share of it can be explained")
+        rest = measured - predicted
+        return float(1.0 - (rest @ rest) / (spread @ spread))
 
     def _simulate(self, inputs: Array, run: Callable[[Array, Model], Array]) -> Array:
         """The sum of what each input's part gives."""

@@ -160,6 +160,58 @@ class ComparisonResult(NamedTuple):
     provenance: Annotated[Provenance, FLAT]
 
 
+class PredictionError(NamedTuple):
+    """Measured minus predicted output, of all samples."""
+
+    rmse: float
+    """Root mean square, in the unit of the output."""
+    rmse_percent_of_range: float | None
+    """Of the measured range; None where the measured output does not move."""
+    mean: float
+    """In the unit of the output: a constant offset between recording and model."""
+    largest: float
+    """Of the absolute values, in the unit of the output."""
+    inside_interval_ratio: float | None
+    """Share of the samples that lie inside the interval; None without one."""
+
+
+class PredictionResult(NamedTuple):
+    """Output that a model predicts for the inputs of a recording."""
+
+    model: str
+    """Name in the catalogue of hysteresis models."""
+    parameter_file: str
+    file: str
+    """Name of the recording without folders."""
+    sha256: str
+    """Of the recording."""
+    samples: int
+    skipped_rows: int
+    """Left out, for a number is missing in them."""
+    inputs: tuple[str, ...]
+    """Names of the columns."""
+    output: str | None
+    """Column that the prediction is held against; None: the recording has none."""
+    unit: str
+    """Of the output; ``output`` where it is not known."""
+    lowest: float
+    highest: float
+    """Of the predicted values."""
+    beyond_range: int
+    """Samples whose first input lies outside of what the model was fitted to."""
+    interval_half_width: float | None
+    """Added to and taken from each predicted value it gives the 95 % interval; None without."""
+    error: PredictionError | None
+    """None where there is nothing to hold the prediction against."""
+    warnings: tuple[str, ...]
+    """Sentences."""
+    version: str
+    date_utc: str
+    """In the format of ISO 8601."""
+    prediction_file: str
+    """Path of the table: a row for each sample."""
+
+
 WorkbenchResult = IdentificationResult | ComparisonResult
 """Of ``identify`` or of ``compare``."""
 

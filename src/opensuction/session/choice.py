@@ -100,3 +100,27 @@ class RecordingChoice(NamedTuple):
     """None: the one in the column's name, seconds where it has none."""
     skip_missing: bool = False
     """Rows in which a named column has no number are left out instead of refused."""
+
+
+class PredictionChoice(NamedTuple):
+    """A recording whose output a model predicts, its columns, and the part that is used."""
+
+    file: Path
+    parameter_file: Path
+    """Of the model."""
+    driven: tuple[str, ...] = ()
+    """Columns of the model's inputs, in its order; none: as the parameter file names them."""
+    measured: str | None = None
+    """Column that is held against; None: the one that the parameter file names, where it is."""
+    time: str | None = None
+    """Column of time; None: samples are evenly spaced."""
+    from_s: float | None = None
+    to_s: float | None = None
+    input_unit: str | None = None
+    """None: the one in the column's name."""
+    time_unit: str | None = None
+    """None: the one in the column's name, seconds where it has none."""
+    skip_missing: bool = False
+    """Rows in which a used column has no number are left out instead of refused."""
+    with_interval: bool = False
+    """Beside each predicted value the interval that holds 95 % of measured ones."""

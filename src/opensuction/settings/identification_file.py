@@ -10,6 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple
 
+import numpy as np
 import tomli_w
 from annotated_types import Ge, Gt
 
@@ -19,6 +20,7 @@ from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import write_unit
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.settings import calibration_section, model_structure
 from opensuction.settings.calibration_section import Lines, Measured
@@ -203,6 +205,28 @@ def to_model(identified: Identified, path: Path | str) -> tuple[ModelPart, ...]:
     values = {name: found.value for name, found in identified.parameters.items()}
     with name_source(path):
         return model_structure.rebuild(identified.about.model, values, identified.structure)
+
+
+def input_names(identified: Identified) -> tuple[str, ...]:
+    """Columns of the inputs that the model was fitted to, in their order."""
+    names = tuple(one.column for one in identified.structure)
+    return names or (identified.about.recording.input.column,)
+
+
+def output_sign(identified: Identified) -> float:
+    """Of the output as it was recorded, over that of the output as it was fitted."""
+    return -1.0 if identified.about.recording.output.negated else 1.0
+
+
+def predict(identified: Identified, parts: tuple[ModelPart, ...], inputs: Array) -> Array:
+    """Output as it would be recorded, after what the fitted recording began after.
+
+    parts: as `to_model` gives them. inputs: shape (inputs, samples). Returns shape (samples,).
+    """
+    output = np.zeros(inputs.shape[1])
+    for part, row in zip(parts, inputs, strict=True):
+        output += part.simulate(row)
+    return output_sign(identified) * output
 
 
 _REMEDY: Final = "give a file that opensuction identify or opensuction calibrate wrote"

@@ -218,12 +218,14 @@ def _read_memory(entry: HysteresisModel, record: Record, one: Structure) -> Arra
 def _empty(form: LinearForm, one: Structure) -> Record:
     """The record with its elements, and every factor 0. Raises InputError."""
     example = form.initial_guesses(Ranges(0.0, 1.0, 0.0, 1.0, 0.5))[0]
-    filled, fields = _filled(form, example), dict[str, Any]()
+    usually, fields = _filled(form, example), dict[str, Any]()
     for name, usual in example._asdict().items():
-        kind, given = ("sizes", one.sizes) if name in filled else ("elements", one.elements)
-        if name not in given:
+        # The file says what its factors fill: those of slow states where the example has none.
+        kind = "sizes" if name in one.sizes else "elements"
+        if name not in one.sizes and name not in one.elements:
+            kind = "sizes" if name in usually else "elements"
             raise InputError(f"structure.{kind}.{name} is missing; identify again")
-        value = np.zeros(_shape(one.sizes[name], name)) if name in filled else given[name]
+        value = np.zeros(_shape(one.sizes[name], name)) if kind == "sizes" else one.elements[name]
         fields[name] = np.asarray(value, dtype=np.float64)
         if np.ndim(usual) != fields[name].ndim:
             raise InputError(

@@ -19,6 +19,7 @@ from opensuction.result.identification_result import (
     ComparisonResult,
     FittedParameter,
     ModelResult,
+    PredictionResult,
     WorkbenchResult,
 )
 
@@ -272,4 +273,39 @@ def print_summary(console: Console, result: WorkbenchResult, files: Iterable[obj
         console.print(_ranking(result))
     elif len(found.parameters) <= FEW_PARAMETERS:
         console.print(_parameters(found))
+    print_end(console, files, DISCLAIMER)
+
+
+def prediction_sentences(result: PredictionResult) -> list[str]:
+    """Result of a prediction in plain words."""
+    unit = "" if result.unit == "output" else result.unit
+    said = [
+        f"{result.model} gives {amount(result.lowest, unit)} to {amount(result.highest, unit)} for "
+        f"{', '.join(result.inputs)}."
+    ]
+    error = result.error
+    if error is None:
+        said.append("The recording has no output to hold it against.")
+    else:
+        said.append(
+            f"From the measured {result.output} it is {amount(error.rmse, unit)} RMSE away, "
+            f"{percent(error.rmse_percent_of_range)} of its range, at most "
+            f"{amount(error.largest, unit)}."
+        )
+    if result.interval_half_width is not None:
+        inside = None if error is None else error.inside_interval_ratio
+        holds = "" if inside is None else f"; {percent(100.0 * inside)} of the measured lie in it"
+        said.append(f"95 % interval: +- {amount(result.interval_half_width, unit)}{holds}.")
+    return said
+
+
+def print_prediction(
+    console: Console, result: PredictionResult, files: Iterable[object] = ()
+) -> None:
+    """Print what was predicted, with warnings, and the files that were written."""
+    console.print()
+    done = f"{glyphs(console).done} {result.samples} samples predicted"
+    console.print(Text(done, style="bold green"))
+    print_indented(console, prediction_sentences(result))
+    print_indented(console, [f"Warning: {warning}" for warning in result.warnings], "yellow")
     print_end(console, files, DISCLAIMER)

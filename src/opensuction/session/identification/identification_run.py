@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ from opensuction.recording import array_column, table
 from opensuction.recording.array_column import Pair
 from opensuction.recording.column_unit import find_unit, seconds_of_column, unit_of_column
 from opensuction.recording.table import RecordedTable
-from opensuction.session.choice import RecordingChoice
+from opensuction.session.choice import PredictionChoice, RecordingChoice
 from opensuction.settings.validation import choose
 from opensuction.settings.wording import name_source, refuse
 
@@ -65,7 +65,7 @@ def check(choice: RecordingChoice, model: str | None, method: str | None) -> Non
     if method is not None:
         choose(method, METHODS, "method")
     check_holdout(choice.holdout, "--holdout")
-    _check_span(choice)
+    check_span(choice)
     _check_names(choice)
     if len(choice.input) > 1 and model is not None and model != COUPLED:
         raise InputError(
@@ -91,7 +91,8 @@ def check_purpose(purpose: str) -> None:
     choose(purpose, PURPOSES, "purpose")
 
 
-def _check_span(choice: RecordingChoice) -> None:
+def check_span(choice: RecordingChoice | PredictionChoice) -> None:
+    """Refuse a span of time that cannot be meant; raises InputError."""
     if choice.time_unit is not None:
         if choice.time is None:
             raise InputError("--time-unit needs the column of time: give --time")
@@ -150,10 +151,10 @@ def _find_columns(choice: RecordingChoice, found: RecordedTable) -> RecordingCho
     note = f" ({found.note})" if found.note else ""
     unsaid = [words for name, words in UNSAID.items() if not getattr(choice, name)]
     if unsaid:
-        listed = ", ".join(found.names[:MOST_LISTED])
-        more = len(found.names) - MOST_LISTED
-        rest = f" and {more} more" if more > 0 else ""
-        raise refuse(choice.file, f"name {' and '.join(unsaid)}; its columns{note}: {listed}{rest}")
+        raise refuse(
+            choice.file,
+            f"name {' and '.join(unsaid)}; its columns{note}: {list_columns(found.names)}",
+        )
     known = dict.fromkeys(found.names)
 
     def find(name: str) -> str:
@@ -168,6 +169,12 @@ def _find_columns(choice: RecordingChoice, found: RecordedTable) -> RecordingCho
     )
     _check_names(choice)
     return choice
+
+
+def list_columns(names: Sequence[str]) -> str:
+    """Columns of a file, as a message names them."""
+    more = len(names) - MOST_LISTED
+    return ", ".join(names[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def arrange(
