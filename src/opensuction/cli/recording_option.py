@@ -49,7 +49,7 @@ RECORDING_OPTIONS: dict[str, Any] = {
         "--output",
         metavar="COL",
         help="Column that the prediction is held against. Default: the one that the model was "
-        "fitted to, where FILE has it.",
+        "fitted to, where FILE has it; '' for none.",
         show_default=False,
     ),
     "parameter_file": typer.Option(

@@ -111,7 +111,8 @@ class PredictionChoice(NamedTuple):
     driven: tuple[str, ...] = ()
     """Columns of the model's inputs, in its order; none: as the parameter file names them."""
     measured: str | None = None
-    """Column that is held against; None: the one that the parameter file names, where it is."""
+    """Column that is held against, "" for none; None: the one that the parameter file names, where
+    it is."""
     time: str | None = None
     """Column of time; None: samples are evenly spaced."""
     from_s: float | None = None

@@ -133,6 +133,16 @@ def test_columns_of_other_names_are_named(tmp_path: Path, model: Path) -> None:
     assert result.error.rmse < NOISE_MM
 
 
+def test_an_output_that_has_gaps_may_be_left_aside(tmp_path: Path, model: Path) -> None:
+    gaps = np.where(TIME_S > 20.0, np.nan, HEAD)
+    recording = write(tmp_path / "a.csv", head_mm=OTHER, tip_mm=gaps)
+    with pytest.raises(InputError, match="tip_mm"):
+        predicted(recording, model)
+    found, result = predicted(recording, model, measured="")
+    assert (result.samples, result.output, result.error) == (800, None, None)
+    assert run.to_table(found).startswith("head_mm,predicted\n")
+
+
 def test_several_inputs_are_taken_in_the_model_s_order(tmp_path: Path) -> None:
     other = 10.0 * np.sin(TIME_S)
     output = simulate(PUBLISHED, HEAD, 0.0) + 0.3 * other

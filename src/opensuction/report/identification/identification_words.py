@@ -304,7 +304,8 @@ def print_prediction(
 ) -> None:
     """Print what was predicted, with warnings, and the files that were written."""
     console.print()
-    done = f"{glyphs(console).done} {result.samples} samples predicted"
+    samples = "1 sample" if result.samples == 1 else f"{result.samples} samples"
+    done = f"{glyphs(console).done} {samples} predicted"
     console.print(Text(done, style="bold green"))
     print_indented(console, prediction_sentences(result))
     print_indented(console, [f"Warning: {warning}" for warning in result.warnings], "yellow")

@@ -146,7 +146,7 @@ def _find_columns(
         output = usual if usual in known else None
     return choice._replace(
         driven=tuple(map(find, named)),
-        measured=None if output is None else find(output),
+        measured=find(output) if output else None,
         time=None if choice.time is None else find(choice.time),
     )
 
