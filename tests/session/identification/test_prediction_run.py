@@ -102,6 +102,18 @@ def test_the_table_has_a_row_for_each_sample_and_loses_no_digit(
     assert column["predicted"] - column["lower_95"] == pytest.approx(half, rel=1e-3)
 
 
+def test_a_name_with_a_comma_or_a_quote_is_one_cell(tmp_path: Path) -> None:
+    model = tmp_path / "fit.toml"
+    fitted = osn.identify(HEAD, simulate(PUBLISHED, HEAD, 0.0), names=('head, "x" (mm)', "tip_mm"))
+    fitted.save(model)
+    recording = tmp_path / "a.csv"
+    recording.write_text('"head, ""x"" (mm)"\n1.5\n2.5\n')
+    found, _ = predicted(recording, model)
+    rows = list(csv.reader(io.StringIO(run.to_table(found))))
+    assert rows[0] == ['head, "x" (mm)', "predicted"]
+    assert [row[0] for row in rows[1:]] == ["1.5", "2.5"]
+
+
 def test_a_span_of_time_is_predicted_by_itself(tmp_path: Path, model: Path) -> None:
     recording = write(tmp_path / "next.csv", time_s=TIME_S, head_mm=OTHER)
     found, result = predicted(recording, model, time="time_s", from_s=10.0, to_s=20.0)

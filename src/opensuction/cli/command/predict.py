@@ -29,6 +29,10 @@ def _predict(options: PredictOptions, progress: "ProgressTeller", folder: Path) 
     found = prediction_run.predict(options.prediction)
     if found.table.note:
         progress.tell(f"{found.choice.file}: {found.table.note}")
+    if found.skipped_rows:
+        progress.tell(
+            f"{found.choice.file}: rows left out, for a number is missing: {found.skipped_rows}"
+        )
     result = prediction_run.summarise(found, datetime.now(tz=UTC), folder / TABLE)
     data = to_json(result)
     files = {TABLE: prediction_run.to_table(found), RESULT: to_text(data)}

@@ -4,6 +4,7 @@ The 95 % interval goes by the scatter of the fitted samples alone: it holds for 
 fitted one, and says nothing of inputs beyond its range.
 """
 
+import csv
 import io
 from collections.abc import Iterator
 from datetime import datetime
@@ -36,7 +37,6 @@ NORMAL_95 = 1.959963984540054
 
 PREDICTED, LOWER, UPPER = "predicted", "lower_95", "upper_95"
 """Columns of the table beside those of the recording."""
-
 
 DIGITS = "%.15g"
 """As many as any number of a file keeps: .1 is .1."""
@@ -246,11 +246,6 @@ def to_table(found: Prediction) -> str:
     if half is not None:
         named += [(LOWER, found.predicted - half), (UPPER, found.predicted + half)]
     text = io.StringIO()
-    text.write(",".join(_quote(name) for name, _ in named) + "\n")
+    csv.writer(text, lineterminator="\n").writerow([name for name, _ in named])
     np.savetxt(text, np.column_stack([one for _, one in named]), DIGITS, ",")
     return text.getvalue()
-
-
-def _quote(name: str) -> str:
-    """A name as a cell of CSV."""
-    return '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n') else name
