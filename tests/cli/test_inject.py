@@ -20,7 +20,7 @@ def twin() -> Iterator[str]:
         process = twin_machine.start(Path(folder), *at_bed("neonate"), seed=1)
         yield folder
         process.terminate()
-        process.communicate(timeout=10.0)
+        process.wait(timeout=10.0)
 
 
 @pytest.fixture

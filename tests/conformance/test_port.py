@@ -6,7 +6,6 @@ as they should.
 """
 
 import json
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -17,6 +16,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
+from opensuction.host.host import Child
 from opensuction.kernel.codegen import row
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import MESSAGE_COLUMNS, Readings
@@ -84,7 +84,7 @@ def machine(
     watchdog = fail_safe.of(played, loop.controller.limits.park_head_mm)
     side = MachineSide(played, Wiring(link.healthy(1), watchdog))
     plant = PlantState(state.machine, state.bedside)
-    processes: list[subprocess.Popen[bytes]] = []
+    processes: list[Child] = []
 
     def stop() -> None:
         process = processes.pop()

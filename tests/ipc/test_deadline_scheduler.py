@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.ipc.deadline_scheduler import PRIORITY, DeadlineScheduler
+from opensuction.host.this_computer import PRIORITY, THIS_COMPUTER
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 from tests.runtime.timing import bare_loop
 
 pytestmark = pytest.mark.real_time
@@ -19,11 +20,20 @@ PATIENCE_NS = 20_000_000
 """Of the drives: a loop that stands still for longer has lost them."""
 
 
+CLOCK = THIS_COMPUTER.clock
+
+
+def wait(pace: DeadlineScheduler) -> int:
+    """Sleep until the next tick; how many were missed before it."""
+    CLOCK.sleep_until(pace.due_ns)
+    return pace.begin(CLOCK.monotonic_ns())
+
+
 def test_deadlines_do_not_drift_with_the_work_between_them() -> None:
-    pace = DeadlineScheduler(PERIOD_NS)
+    pace = DeadlineScheduler(PERIOD_NS, CLOCK.monotonic_ns())
     begun = pace.deadline_ns
     for _ in range(100):
-        pace.wait()
+        wait(pace)
         assert time.monotonic_ns() >= pace.deadline_ns
         ends = time.monotonic_ns() + PERIOD_NS // 3
         while time.monotonic_ns() < ends:
@@ -32,32 +42,32 @@ def test_deadlines_do_not_drift_with_the_work_between_them() -> None:
 
 
 def test_a_missed_tick_is_skipped_and_never_caught_up() -> None:
-    pace = DeadlineScheduler(PERIOD_NS)
-    pace.wait()
+    pace = DeadlineScheduler(PERIOD_NS, CLOCK.monotonic_ns())
+    wait(pace)
     before_ns = pace.deadline_ns
     time.sleep(0.0255)
-    missed = pace.wait()
+    missed = wait(pace)
     assert missed >= 11
     assert pace.deadline_ns == before_ns + (1 + missed) * PERIOD_NS
     assert pace.skipped >= missed
     # The next one is a period later, not at once.
     begun_ns = time.monotonic_ns()
-    pace.wait()
-    pace.wait()
+    wait(pace)
+    wait(pace)
     assert time.monotonic_ns() - begun_ns > PERIOD_NS
 
 
 def test_a_signal_does_not_wake_it_early() -> None:
     code = (
         "import signal, time\n"
-        "from opensuction.ipc.deadline_scheduler import DeadlineScheduler\n"
+        "from opensuction.host.this_computer import THIS_COMPUTER\n"
         "heard = []\n"
         "signal.signal(signal.SIGALRM, lambda *_: heard.append(1))\n"
         "signal.setitimer(signal.ITIMER_REAL, 0.02, 0.02)\n"
-        "pace = DeadlineScheduler(100_000_000)\n"
         "for _ in range(5):\n"
-        "    pace.wait()\n"
-        "    assert time.monotonic_ns() >= pace.deadline_ns\n"
+        "    due_ns = time.monotonic_ns() + 100_000_000\n"
+        "    THIS_COMPUTER.clock.sleep_until(due_ns)\n"
+        "    assert time.monotonic_ns() >= due_ns\n"
         "assert heard\n"
         # An interpreter that ends no longer hears it, and would be killed by it.
         "signal.setitimer(signal.ITIMER_REAL, 0)\n"
@@ -69,7 +79,7 @@ def test_what_the_kernel_does_not_grant_is_said() -> None:
     """As a user without rights: no priority, and a limit of locked memory that is too small."""
     code = (
         "import gc, os, resource\n"
-        "from opensuction.ipc.deadline_scheduler import hardened\n"
+        "from opensuction.host.this_computer import hardened\n"
         "resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))\n"
         "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))\n"
         "if os.getuid() == 0: os.setuid(65534)\n"
@@ -87,19 +97,19 @@ def test_only_the_loop_itself_has_the_priority_not_what_comes_before_and_after()
     """Locked memory takes many ticks to come, and so does the end of an interpreter."""
     code = (
         "import os\n"
-        "from opensuction.ipc import deadline_scheduler\n"
+        "from opensuction.host import this_computer\n"
         "class Libc:\n"
         "    def mlockall(self, _):\n"
         "        done.append('locked')\n"
         "        return 0\n"
-        "done, deadline_scheduler._libc = [], Libc()\n"
+        "done, this_computer._libc = [], Libc()\n"
         "os.sched_setscheduler = lambda _, kind, param: done.append((kind, param.sched_priority))\n"
         "try:\n"
-        "    with deadline_scheduler.hardened():\n"
+        "    with this_computer.hardened():\n"
         "        done.append('loop')\n"
         "        raise KeyError\n"
         "except KeyError:\n"
-        "    fifo = (os.SCHED_FIFO, deadline_scheduler.PRIORITY)\n"
+        "    fifo = (os.SCHED_FIFO, this_computer.PRIORITY)\n"
         "    assert done == ['locked', fifo, 'loop', (os.SCHED_OTHER, 0)], done\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
@@ -113,7 +123,7 @@ def test_a_process_that_begins_and_ends_does_not_keep_the_loop_of_another_standi
         pytest.skip("no real-time priority here: nobody can keep others standing")
     code = (
         "import atexit, time\n"
-        "from opensuction.ipc.deadline_scheduler import hardened\n"
+        "from opensuction.host.this_computer import hardened\n"
         "def end():\n"
         "    ends = time.monotonic() + 0.1\n"
         "    while time.monotonic() < ends:\n"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from opensuction.host.host import Host
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.interface import NO_MONITOR, Readings
 from opensuction.kernel.record import Array, make_zero
@@ -32,7 +33,7 @@ class BareMachine:
 
     facts = MACHINE_FACTS
 
-    def __init__(self, _: Path) -> None:
+    def __init__(self, _: Path, host: Host) -> None:  # noqa: ARG002
         home_mm = at_bed("neonate")[0].controller.limits.park_head_mm
         places = {"head_mm": home_mm, "carriage_mm": home_mm}
         readings = make_zero(Readings, **places, **_VALID, monitor=NO_MONITOR)

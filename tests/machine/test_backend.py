@@ -1,10 +1,12 @@
 """Backends of machines: the name in a folder decides which module is loaded."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.errors import InputError
 from opensuction.machine import port as machine_port
@@ -32,14 +34,14 @@ def begin_older(folder: Path) -> None:
 
 
 def test_a_folder_is_attached_to_by_the_kind_that_it_names(bare: Path) -> None:
-    assert isinstance(machine_port.attach(bare), BareMachine)
+    assert isinstance(machine_port.attach(bare, THIS_COMPUTER), BareMachine)
     assert machine_port.load(bare).hand_of(bare) is None
     assert machine_port.load(bare).capabilities_of(bare) == NOTHING
 
 
 def test_a_twin_of_an_older_version_names_no_kind_and_is_attached_to(tmp_path: Path) -> None:
     begin_older(tmp_path)
-    port = machine_port.attach(tmp_path)
+    port = machine_port.attach(tmp_path, THIS_COMPUTER)
     port.close()
     assert isinstance(port, TwinMachine)
     assert port.facts.capabilities == EVERYTHING
@@ -48,7 +50,11 @@ def test_a_twin_of_an_older_version_names_no_kind_and_is_attached_to(tmp_path: P
 
 
 def test_a_folder_with_nothing_in_it_is_refused_in_one_line(tmp_path: Path) -> None:
-    for opened in (machine_port.attach, machine_port.open_truth, machine_port.check_faults):
+    for opened in (
+        partial(machine_port.attach, host=THIS_COMPUTER),
+        machine_port.open_truth,
+        machine_port.check_faults,
+    ):
         with pytest.raises(InputError, match=f"no ring at .*{SHOWN}") as refused:
             opened(tmp_path)
         assert "\n" not in str(refused.value)
@@ -58,7 +64,7 @@ def test_a_folder_with_nothing_in_it_is_refused_in_one_line(tmp_path: Path) -> N
 def test_an_unknown_kind_is_refused_with_those_that_are_known(named: str, tmp_path: Path) -> None:
     (tmp_path / BACKEND).write_text(named)
     with pytest.raises(InputError, match=r"unknown kind of machine .*; known: twin$"):
-        machine_port.attach(tmp_path)
+        machine_port.attach(tmp_path, THIS_COMPUTER)
 
 
 def test_what_is_no_text_names_none_and_is_not_taken_for_a_twin(tmp_path: Path) -> None:

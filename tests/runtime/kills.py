@@ -9,7 +9,6 @@ import math
 import os
 import shutil
 import signal
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -20,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.host.host import Child
 from opensuction.ipc.liveness import Heartbeat, Process, holder
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
@@ -96,7 +96,7 @@ class Ward(Room):
         super().__init__(folder)
         self.out, self.truths = out, port.open_truth(folder)
         self.witness = LiveJudge(port.open_truth(folder), self.cap_mm)
-        self.supervisor: subprocess.Popen[bytes] | None = None
+        self.supervisor: Child | None = None
         self.seen: list[np.ndarray] = []
         self.database = str(folder / "records.db")
         self.hung: tuple[str, int] | None = None

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from opensuction.host import this_computer
+from opensuction.host.host import Host, Steps
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
@@ -53,22 +55,24 @@ class LockstepTwin:
 class LenientPace(DeadlineScheduler):
     """Ticks `RATE` times as often as they should be, later on a busy computer: none is missed."""
 
-    def __init__(self, period_ns: int) -> None:
+    def __init__(self, period_ns: int, now_ns: int) -> None:
         # Beside it others have work to do: it may be late, and they need not.
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-        super().__init__(period_ns // RATE)
+        super().__init__(period_ns // RATE, now_ns)
 
-    def wait(self) -> int:
-        """See `DeadlineScheduler.wait`."""
-        super().wait()
+    def begin(self, now_ns: int) -> int:
+        """See `DeadlineScheduler.begin`."""
+        super().begin(now_ns)
         return 0
 
 
-def serve(folder: Path, period_ns: int) -> None:
+def steps(host: Host, folder: Path, period_ns: int) -> Steps[None]:
     """Play and control until the process is told to end."""
-    with playing(folder) as twin:
-        control_process.serve(folder, period_ns, lambda _: LockstepTwin(twin), LenientPace)
+    with playing(folder, host) as twin:
+        attached = LockstepTwin(twin)
+        yield from control_process.steps(host, folder, period_ns, lambda *_: attached, LenientPace)
 
 
 if __name__ == "__main__":
-    serve(Path(sys.argv[1]), int(sys.argv[2]))
+    _folder, _period_ns = Path(sys.argv[1]), int(sys.argv[2])
+    this_computer.run(lambda host: steps(host, _folder, _period_ns))

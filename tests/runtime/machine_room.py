@@ -3,7 +3,6 @@
 import os
 import shutil
 import signal
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 
 from opensuction.controller.configuration import Configuration
+from opensuction.host.host import Child
 from opensuction.ipc.liveness import holder
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import RingReader
@@ -55,15 +55,15 @@ class Room:
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
         self.cap_mm = loop.controller.limits.cap_mm
         launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
-        self.twin: subprocess.Popen[bytes] | None = None
+        self.twin: Child | None = None
         self.controller = LOCKSTEP if in_step else launch.CONTROL
         if in_step:
             plant = PlantState(state.machine, state.bedside)
             twin_machine.prepare(folder, twin_machine.side_of(loop, seed=1), plant)
         else:
             self.twin = twin_machine.start(folder, loop, state, seed=1)
-        self.control: subprocess.Popen[bytes] | None = None
-        self.recorder: subprocess.Popen[bytes] | None = None
+        self.control: Child | None = None
+        self.recorder: Child | None = None
         self.person = Sender(folder / ASK, "nurse")
         self.mend()
 
@@ -77,7 +77,7 @@ class Room:
         machine_folder.write(self.folder, ABOUT._replace(database=str(self.folder / "records.db")))
         if self.recorder is not None:
             self.recorder.kill()
-            self.recorder.communicate()
+            self.recorder.wait()
             self.recorder = None
         if self.control is not None and self.control.poll() is not None:
             self.begin()
@@ -112,7 +112,7 @@ class Room:
         for process in (self.control, self.recorder, self.twin):
             if process is not None:
                 process.kill()
-                process.communicate()
+                process.wait()
         # What a supervisor of this folder has started, where a test has failed.
         for lock in (RECORDS, CONTROLS):
             pid = holder(self.folder / lock)

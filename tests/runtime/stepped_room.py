@@ -12,7 +12,8 @@ from typing import SupportsFloat, cast
 import numpy as np
 
 from opensuction.controller.real_time_call import RealTimeCall
-from opensuction.ipc.deadline_scheduler import NS_PER_S
+from opensuction.host.host import NS_PER_S, Host
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.liveness import Heartbeat
 from opensuction.ipc.mailbox import Mailbox, MailboxAnswer, MailboxRequest
 from opensuction.ipc.ring import EventWriter, RingWriter
@@ -93,7 +94,14 @@ class Buttons:
 class SteppedRoom:
     """Both of them."""
 
-    def __init__(self, folder: Path, loop: Loop, state: LoopState, period: int = 1) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        loop: Loop,
+        state: LoopState,
+        period: int = 1,
+        host: Host = THIS_COMPUTER,
+    ) -> None:
         """period: of the loop, in ticks of the machine."""
         self.period, self.machine, self.buttons = period, SteppedMachine(loop, state), Buttons()
         call = RealTimeCall(loop.controller, loop.heads_mm, state.controller)
@@ -104,7 +112,13 @@ class SteppedRoom:
         events = self._files.enter_context(EventWriter(folder / "stepped.events"))
         mailbox = cast(Mailbox, self.buttons)
         around = Around(
-            self.machine, mailbox, ring, events, Heartbeat(folder), lambda *_: iter(["refused"])
+            self.machine,
+            mailbox,
+            ring,
+            events,
+            Heartbeat(folder, host),
+            host.clock,
+            lambda *_: iter(["refused"]),
         )
         self.loop = ControlLoop(call, around, period * DT_S)
         self.rows: list[Array] = []

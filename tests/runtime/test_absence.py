@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.ipc import liveness
-from opensuction.ipc.deadline_scheduler import NS_PER_S
+from opensuction.host.host import NS_PER_S
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.liveness import Heartbeat, Process, Signs
 from opensuction.kernel.interface import START
 from opensuction.kernel.vocabulary import Phase
@@ -61,13 +61,21 @@ def test_people_are_told_before_the_ring_has_come_round() -> None:
 class TickedRoom(SteppedRoom):
     """Whose signs of life go by the loop's ticks."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(liveness, "time", self)
-        super().__init__(folder, *at_bed("neonate"))
-        self.signs = Heartbeat(folder)
+    def __init__(self, folder: Path) -> None:
+        host = THIS_COMPUTER._replace(clock=self)
+        super().__init__(folder, *at_bed("neonate"), host=host)
+        self.signs = Heartbeat(folder, host)
+
+    def wall_ns(self) -> int:
+        """See `Clock.wall_ns`."""
+        return self.monotonic_ns()
+
+    def sleep_until(self, due_ns: int) -> None:
+        """See `Clock.sleep_until`: time goes by the ticks alone."""
+        raise NotImplementedError
 
     def monotonic_ns(self) -> int:
-        """See `time.monotonic_ns`."""
+        """See `Clock.monotonic_ns`."""
         return round((1.0 + (self.loop.tick if hasattr(self, "loop") else 0) * 1e-3) * NS_PER_S)
 
     def is_lost(self) -> bool:
@@ -86,8 +94,8 @@ class TickedRoom(SteppedRoom):
 
 
 @pytest.fixture
-def room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[TickedRoom]:
-    made = TickedRoom(tmp_path, monkeypatch)
+def room(tmp_path: Path) -> Iterator[TickedRoom]:
+    made = TickedRoom(tmp_path)
     yield made
     made.close()
 

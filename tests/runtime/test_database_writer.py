@@ -4,6 +4,8 @@ from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from opensuction.host.host import finish
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.records.entry import Action, CycleEnd, Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
@@ -32,7 +34,7 @@ def stored(database: Path, work: Callable[[DatabaseWriter], None]) -> list[PastC
     """What a clerk leaves, oldest first."""
     clerk = DatabaseWriter(str(database))
     work(clerk)
-    assert clerk.close(20.0), clerk.lost
+    assert finish(clerk.close(20.0), THIS_COMPUTER.clock), clerk.lost
     with Records.open(str(database)) as records:
         assert records.audit().broken is None
         return list(reversed(records.history.list_cycles(SERIAL)))
@@ -109,7 +111,7 @@ def test_records_that_take_no_cycle_are_missed_before_one_begins(tmp_path: Path)
     assert "does not take the entry: no more" in clerk.lost
     with Records.open(database) as records, records.database.writing() as connection:
         connection.exec_driver_sql("DROP TRIGGER refused")
-    assert clerk.close(20.0), clerk.lost
+    assert finish(clerk.close(20.0), THIS_COMPUTER.clock), clerk.lost
     assert clerk.lost == ""
 
 
@@ -148,5 +150,5 @@ def test_it_says_when_all_of_the_controllers_before_is_on_record(tmp_path: Path)
     clerk.follow(0)
     assert not clerk.has_caught_up
     (tmp_path / "records.db").rmdir()
-    assert clerk.close(20.0), clerk.lost
+    assert finish(clerk.close(20.0), THIS_COMPUTER.clock), clerk.lost
     assert clerk.has_caught_up

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from opensuction.host.host import finish
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import Read
 from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file import frame
@@ -65,7 +67,7 @@ class Kept:
         """As a recorder does that begins anew: what the one before has left goes on record."""
         notes, clerk = Flushed(self.notes), DatabaseWriter(self.database)
         clerk.bind(notes.left(), notes, ABOUT.machine)
-        assert clerk.close(20.0), clerk.lost
+        assert finish(clerk.close(20.0), THIS_COMPUTER.clock), clerk.lost
         assert notes.left() == {}, "and is noted no longer"
         return notes
 

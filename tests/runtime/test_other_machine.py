@@ -4,16 +4,14 @@ No process and no clock: both run here, and are told to end after so many ticks 
 """
 
 import json
-import signal
-from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from opensuction.controller.configuration import Configuration
-from opensuction.ipc.deadline_scheduler import Allowed
+from opensuction.host.host import Allowed, Host, finish
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import EventReader, RingReader
 from opensuction.kernel.vocabulary import NOT_A_DEVICE
@@ -47,14 +45,18 @@ EXPECTED = (
 
 
 class Ending:
-    """Whom a process has told how it is asked to end; asks it."""
+    """Counts how often a process was told to end."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._asked: list[Callable[[int, None], object]] = []
-        monkeypatch.setattr(signal, "signal", lambda _, handler: self._asked.append(handler))
+    def __init__(self) -> None:
+        self.asked = 0
 
-    def ask(self) -> None:
-        self._asked[-1](signal.SIGTERM, None)
+    @property
+    def host(self) -> Host:
+        """This computer, without real-time rights."""
+        return THIS_COMPUTER._replace(
+            terminations=lambda: self.asked,
+            hardened=lambda: nullcontext(Allowed("other", False, ())),
+        )
 
 
 class CountedPace:
@@ -64,14 +66,18 @@ class CountedPace:
         self.deadline_ns, self._tick, self._ending = 0, 0, ending
         self._person = Sender(folder / ASK, "nurse")
 
-    def wait(self) -> int:
+    @property
+    def due_ns(self) -> int:
+        return self.deadline_ns + 1_000_000
+
+    def begin(self, now_ns: int) -> int:  # noqa: ARG002
         self._tick += 1
         self.deadline_ns += 1_000_000
         if (button := PRESSED_AT.get(self._tick)) is not None:
             self._person.ask(button, button, "2026-11-27T12:00:00Z")
         if self._tick == TICKS:
             self._person.close()
-            self._ending.ask()
+            self._ending.asked += 1
         return 0
 
 
@@ -85,20 +91,21 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         database=str(tmp_path / "records.db"),
     )
     machine_folder.write(tmp_path, about)
-    ending = Ending(monkeypatch)
-    monkeypatch.setattr(
-        control_process, "hardened", lambda: nullcontext(Allowed("other", False, ()))
-    )
-    control_process.serve(tmp_path, pace=lambda _: CountedPace(tmp_path, ending))
+    ending = Ending()
+    for _ in control_process.steps(
+        ending.host, tmp_path, pace=lambda *_: CountedPace(tmp_path, ending)
+    ):
+        pass
     return tmp_path
 
 
-def record(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """What a recorder keeps of it."""
-    ending, out = Ending(monkeypatch), folder / "out"
-    clock = SimpleNamespace(sleep=lambda _: ending.ask(), monotonic=lambda: 0.0)
-    monkeypatch.setattr(recorder_process, "time", clock)
-    recorder_process.serve(folder, out)
+def record(folder: Path) -> Path:
+    """What a recorder keeps of it: it looks once, and is told to end."""
+    ending, out = Ending(), folder / "out"
+    steps = recorder_process.steps(ending.host, folder, out)
+    next(steps)
+    ending.asked += 1
+    finish(steps, THIS_COMPUTER.clock)
     (recording,) = out.glob("*.mcap")
     return recording
 
@@ -113,10 +120,8 @@ def test_the_controller_starts_and_says_what_the_machine_lacks(folder: Path) -> 
     assert list(ticks[:TICKS]) == list(range(TICKS))
 
 
-def test_the_recorder_keeps_it_and_names_no_twin(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    reader = RecordingReader(record(folder, monkeypatch))
+def test_the_recorder_keeps_it_and_names_no_twin(folder: Path) -> None:
+    reader = RecordingReader(record(folder))
     about = reader.heading.about
     reader.close()
     assert about["disclaimer"] == NOT_A_DEVICE

@@ -124,7 +124,7 @@ def test_who_has_begun_it_hears_at_each_look_who_does_not_work_yet(
 ) -> None:
     (tmp_path / CONSOLE).write_text("{}")
     spawned = [sys.executable, "-c", "import time; time.sleep(600.0)"]
-    monkeypatch.setattr(launch, "spawn", lambda *_: subprocess.Popen(spawned))
+    monkeypatch.setattr(launch, "spawn", lambda *_, **__: subprocess.Popen(spawned))
     signs, heard = Heartbeat(tmp_path), list[tuple[str, ...]]()
     first = {
         ("control", "recorder", "console"): Process.CONSOLE,

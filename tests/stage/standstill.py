@@ -18,7 +18,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Self
 
-from opensuction.ipc.deadline_scheduler import PRIORITY, DeadlineScheduler, hardened
+from opensuction.host.this_computer import PRIORITY, THIS_COMPUTER, hardened
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 from tests.stage.judge import Standstill
 
 REAL_TIME, ORDINARY = "real-time", "ordinary"
@@ -86,12 +87,14 @@ def keep_deadlines(core: int, kind: str, file: Path) -> None:
             # Above the machine's processes: that they take the core from each other is their own
             # doing.
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY + 1))
-        pace, parent = DeadlineScheduler(PERIOD_NS[kind]), os.getppid()
+        clock, parent = THIS_COMPUTER.clock, os.getppid()
+        pace = DeadlineScheduler(PERIOD_NS[kind], clock.monotonic_ns())
         log = stack.enter_context(file.open("a", encoding="utf-8", buffering=1))
         late_ticks = 0
         while os.getppid() == parent:
-            due_ns = pace.deadline_ns + pace.period_ns
-            late_ticks = late_ticks + 1 if pace.wait() else 0
+            due_ns = pace.due_ns
+            clock.sleep_until(due_ns)
+            late_ticks = late_ticks + 1 if pace.begin(clock.monotonic_ns()) else 0
             late_ns = time.monotonic_ns() - due_ns
             if late_ns > TOLD_NS or late_ticks >= IN_A_ROW:
                 log.write(f"{due_ns + late_ns} {late_ns} {late_ticks}\n")

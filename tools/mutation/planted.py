@@ -80,10 +80,10 @@ FAULTS = (
     Fault(
         "ticks that were missed are caught up",
         "ipc/deadline_scheduler.py",
-        "            self.deadline_ns += missed * self.period_ns\n"
-        "            self.skipped += missed\n"
-        "            return missed\n",
-        "            return 0\n",
+        "        self.deadline_ns += missed * self.period_ns\n"
+        "        self.skipped += missed\n"
+        "        return missed\n",
+        "        return 0\n",
         "tests/ipc/test_deadline_scheduler.py::test_a_missed_tick_is_skipped_and_never_caught_up",
     ),
     Fault(
@@ -118,8 +118,8 @@ FAULTS = (
     Fault(
         "a controller that is told to end ends with the tip inside",
         "runtime/control_process.py",
-        "while not (ending and loop.is_resting)",
-        "while not ending",
+        "while not ((ending := host.terminations()) and loop.is_resting)",
+        "while not (ending := host.terminations())",
         f"{RUNTIME}/test_control_process.py::test_told_to_end_in_a_cycle_it_comes_out_first",
     ),
 )

@@ -5,50 +5,44 @@ A task that one process has at a time, and which one that is.
 The system lets go of the lock when the process ends, however it ends.
 """
 
-import contextlib
-import fcntl
 import mmap
 import os
 import signal
-import struct
-import time
 from enum import IntEnum
 from pathlib import Path
 from typing import NamedTuple, Self
 
 import numpy as np
 
+from opensuction.host.host import NS_PER_S, Host, Steps, after, finish
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 
 LOOKS_S = 0.005
 KILLED_S = 5.0
 """Within this time a process that was killed has gone."""
-_QUESTION = "hhqqi4x"
-"""The system's ``struct flock``: kind, from where, start, length, process."""
 
 
 class ProcessLock:
     """The task, held by this process."""
 
-    def __init__(self, path: Path, what: str) -> None:
+    def __init__(self, path: Path, what: str, host: Host = THIS_COMPUTER) -> None:
         """path: a file that all of them know. what: begins the refusal.
 
         Raises InputError where another process has it, or where the file cannot be.
         """
         try:
-            self._file = private_file.append(path)
+            lock = host.locks.take(path)
         except OSError as error:
             raise InputError(f"{path} cannot be written: {error.strerror}") from None
-        try:
-            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self._file.close()
-            raise InputError(f"{what} already: process {holder(path)}, by {path}") from None
+        if lock is None:
+            raise InputError(f"{what} already: process {host.locks.holder(path)}, by {path}")
+        self._lock = lock
 
     def close(self) -> None:
         """Let another process have it."""
-        self._file.close()
+        self._lock.close()
 
     def __enter__(self) -> Self:
         return self
@@ -58,19 +52,8 @@ class ProcessLock:
 
 
 def holder(path: Path) -> int | None:
-    """Number of the process that has the task; None where nobody has it.
-
-    Not for the process that has it itself: to close the file again lets go of it.
-    """
-    try:
-        with path.open("r+b") as file:
-            asked = struct.pack(_QUESTION, fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
-            kind, _, _, _, process = struct.unpack(
-                _QUESTION, fcntl.fcntl(file, fcntl.F_GETLK, asked)
-            )
-    except OSError:
-        return None
-    return None if kind == fcntl.F_UNLCK else int(process)
+    """Number of the process of this computer that has the task; see `Locks.holder`."""
+    return THIS_COMPUTER.locks.holder(path)
 
 
 def end_holder(path: Path, seconds: float, *, kills: bool = False) -> None:
@@ -79,21 +62,25 @@ def end_holder(path: Path, seconds: float, *, kills: bool = False) -> None:
     kills: one that does not within that time is killed; for a process that moves nothing.
     Raises InputError where it does not end.
     """
-    pid = holder(path)
-    if pid is None or _ends(path, pid, signal.SIGTERM, seconds):
+    host = THIS_COMPUTER
+    pid = host.locks.holder(path)
+    if pid is None or finish(_ending(host, path, pid, signal.SIGTERM, seconds), host.clock):
         return
-    if not kills or not _ends(path, pid, signal.SIGKILL, KILLED_S):
+    killed = kills and finish(_ending(host, path, pid, signal.SIGKILL, KILLED_S), host.clock)
+    if not killed:
         raise InputError(f"process {pid} of {path.parent} does not end")
 
 
-def _ends(path: Path, pid: int, number: signal.Signals, seconds: float) -> bool:
-    with contextlib.suppress(ProcessLookupError):  # it ended by itself
-        os.kill(pid, number)
-    ends_s = time.monotonic() + seconds
-    while holder(path) == pid:
-        if time.monotonic() > ends_s:
+def _ending(
+    host: Host, path: Path, pid: int, number: signal.Signals, seconds: float
+) -> Steps[bool]:
+    """Steps of a process's end; true where it has ended within the time."""
+    host.processes.signal(pid, number)
+    ends_ns = after(host.clock, seconds)
+    while host.locks.holder(path) == pid:
+        if host.clock.monotonic_ns() > ends_ns:
             return False
-        time.sleep(LOOKS_S)
+        yield after(host.clock, LOOKS_S)
     return True
 
 
@@ -110,7 +97,6 @@ class Process(IntEnum):
 
 FILE = "heartbeat"
 WORD = 8
-NS_PER_S = 1e9
 
 
 class Signs(NamedTuple):
@@ -130,9 +116,9 @@ class Signs(NamedTuple):
 class Heartbeat:
     """The file, for one of them or whoever looks after them."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, host: Host = THIS_COMPUTER) -> None:
         """Made where it is not there yet. Raises InputError where it cannot be."""
-        size = 3 * WORD * len(Process)
+        self._clock, size = host.clock, 3 * WORD * len(Process)
         try:
             with private_file.append(folder / FILE) as file:
                 os.posix_fallocate(file.fileno(), 0, size)
@@ -150,7 +136,7 @@ class Heartbeat:
         if self.is_expected(process):
             self._starts[process] = 0
         elif not self._starts[process]:
-            self._starts[process] = time.monotonic_ns()
+            self._starts[process] = self._clock.monotonic_ns()
 
     def begin(self, process: Process) -> None:
         """The first sign of a process; the one before it has died where it never ended."""
@@ -175,7 +161,7 @@ class Heartbeat:
 
     def _starting_s(self, process: Process) -> float | None:
         began = int(self._starts[process])
-        return (time.monotonic_ns() - began) / NS_PER_S if began else None
+        return (self._clock.monotonic_ns() - began) / NS_PER_S if began else None
 
     def deaths(self, process: Process) -> int:
         """Number of processes that have died and been replaced."""
@@ -183,7 +169,7 @@ class Heartbeat:
 
     def beat(self, process: Process) -> None:
         """A sign of life, now."""
-        self._beats[process] = time.monotonic_ns()
+        self._beats[process] = self._clock.monotonic_ns()
 
     def end(self, process: Process) -> None:
         """It has ended as it should: nobody need miss it."""
@@ -192,7 +178,7 @@ class Heartbeat:
     def age_s(self, process: Process) -> float:
         """Since its last sign; inf where it has given none, or has ended."""
         last = int(self._beats[process])
-        age_ns = time.monotonic_ns() - last
+        age_ns = self._clock.monotonic_ns() - last
         # Of before this machine was switched on: its clock began anew.
         return age_ns / NS_PER_S if last and age_ns >= 0 else float("inf")
 

@@ -8,13 +8,12 @@ datagram is answered among the loop's events.
 
 import json
 import re
-import socket
-import time
 from collections import OrderedDict, deque
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from opensuction.kernel import private_file
+from opensuction.host.host import Host, Inbox
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import NO_REQUESTS, STOP, Requests
 
@@ -96,20 +95,18 @@ def _understand(data: bytes) -> MailboxRequest | None:
 class Mailbox:
     """The loop's end."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, host: Host = THIS_COMPUTER) -> None:
         """Listen at a path that only the same user may write to; what was there before goes.
 
         Raises InputError where that cannot be.
         """
-        self._paths = (_stop_path(path), path)
-        self._sockets = tuple(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in self._paths)
+        self._clock = host.clock
+        self._inboxes: list[Inbox] = []
         try:
-            for own, one in zip(self._sockets, self._paths, strict=True):
-                own.setblocking(False)
-                private_file.bind(own.bind, one)
+            for one in (_stop_path(path), path):
+                self._inboxes.append(host.datagrams.listen(one))
         except OSError as error:
-            for own in self._sockets:
-                own.close()
+            self.close()
             raise InputError(f"no requests can be taken at {path}: {error}") from None
         self._seen: OrderedDict[str, None] = OrderedDict()
         self._last: OrderedDict[str, int] = OrderedDict()
@@ -120,9 +117,8 @@ class Mailbox:
 
     def close(self) -> None:
         """Stop listening."""
-        for own, path in zip(self._sockets, self._paths, strict=True):
+        for own in self._inboxes:
             own.close()
-            path.unlink(missing_ok=True)
 
     def receive(self) -> tuple[Requests, list[MailboxAnswer]]:
         """The buttons of this tick, and what became of the datagrams that came or waited.
@@ -134,11 +130,9 @@ class Mailbox:
         waiting, self._waiting = self._waiting, deque()
         for asked in waiting:
             self._press(asked, down, answers)
-        for own in self._sockets:
+        for own in self._inboxes:
             for _ in range(MOST):
-                try:
-                    data = own.recv(LARGEST + 1)
-                except BlockingIOError:
+                if (data := own.receive(LARGEST + 1)) is None:
                     break
                 self._take(data, down, answers)
         self._down = frozenset(down)
@@ -192,7 +186,7 @@ class Mailbox:
         return ""
 
     def _refuse_button(self, asked: MailboxRequest, late: bool) -> str:
-        now_ns = time.monotonic_ns()
+        now_ns = self._clock.monotonic_ns()
         if asked.key in self._seen:
             return "twice"
         if asked.ask not in ASKS:
@@ -218,18 +212,24 @@ def _keep(kept: OrderedDict[str, Any], key: str, value: int | None, most: int) -
 class Sender:
     """One who asks."""
 
-    def __init__(self, path: Path, who: str, patience_s: float = PATIENCE_S) -> None:
+    def __init__(
+        self,
+        path: Path,
+        who: str,
+        patience_s: float = PATIENCE_S,
+        host: Host = THIS_COMPUTER,
+    ) -> None:
         """Ask the loop that listens at a path.
 
         who: the person's name, for the record. patience_s: longest wait for room; 0: none.
         """
-        self._path, self._who, self._number = path, who, time.monotonic_ns()
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        self._socket.settimeout(patience_s)
+        self._path, self._who, self._clock = path, who, host.clock
+        self._number = self._clock.monotonic_ns()
+        self._outbox = host.datagrams.sender(patience_s)
 
     def close(self) -> None:
         """Ask no more."""
-        self._socket.close()
+        self._outbox.close()
 
     def ask(self, ask: str, key: str, at: str) -> None:
         """Send a request. ask: a field of `Requests`. key: its own. at: UTC, for the record.
@@ -237,11 +237,12 @@ class Sender:
         Raises InputError where nobody listens, or does not come round to it.
         """
         self._number += 1
-        asked = MailboxRequest(ask, self._who, key, at, self._number, time.monotonic_ns())
+        now_ns = self._clock.monotonic_ns()
+        asked = MailboxRequest(ask, self._who, key, at, self._number, now_ns)
         data = json.dumps(asked._asdict()).encode()
         path = _stop_path(self._path) if ask == STOP else self._path
         try:
-            self._socket.sendto(data, str(path))
+            self._outbox.send(path, data)
         except OSError as error:
             reason = error.strerror or str(error)
             raise InputError(f"no controller takes requests at {self._path}: {reason}") from None

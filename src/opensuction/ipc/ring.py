@@ -14,11 +14,9 @@ the answer was.
 Position of a reader, in a file that outlives it: the next reader resumes there.
 """
 
-import fcntl
 import json
 import mmap
 import os
-import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from hashlib import sha256
@@ -28,6 +26,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.host.host import Host
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel import private_file, slot
 from opensuction.kernel.errors import InputError
 
@@ -134,6 +134,7 @@ class RingWriter:
         slots: int,
         told: Mapping[str, str],
         before: Path | None = None,
+        host: Host = THIS_COMPUTER,
     ) -> None:
         """Make the file anew, or refuse where another process writes it; raises InputError.
 
@@ -141,12 +142,10 @@ class RingWriter:
         was there; None: it goes.
         """
         _warm_up()
-        self._lock = private_file.append(path.with_name(path.name + ".lock"))
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            self._lock.close()
-            raise InputError(f"{path} is being written by another process") from None
+        lock = host.locks.take_file(path.with_name(path.name + ".lock"))
+        if lock is None:
+            raise InputError(f"{path} is being written by another process")
+        self._lock = lock
         text = json.dumps({"columns": list(columns), "told": dict(told)}).encode()
         width = len(columns) + slot.AROUND
         start, size = _place(len(text)), slots * width * WORD
@@ -303,13 +302,14 @@ def _write(told: dict[str, Any]) -> bytes:
 class EventWriter:
     """Writer of events."""
 
-    def __init__(self, path: Path, before: Path | None = None) -> None:
+    def __init__(self, path: Path, before: Path | None = None, host: Host = THIS_COMPUTER) -> None:
         """See `RingWriter`."""
-        self._ring = RingWriter(path, COLUMNS, SLOTS, {}, before)
+        self._clock = host.clock
+        self._ring = RingWriter(path, COLUMNS, SLOTS, {}, before, host)
 
     def write(self, kind: str, tick: int, **fields: str) -> None:
         """Tell that something happened in a tick, now."""
-        told = {"kind": kind, "tick": tick, "time_ns": time.monotonic_ns()}
+        told = {"kind": kind, "tick": tick, "time_ns": self._clock.monotonic_ns()}
         text = _write({**told, **fields})
         while len(text) > 8 * WORDS:
             longest = max(fields, key=lambda name: len(_write({name: fields[name]})))

@@ -19,6 +19,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, cast
 
+from opensuction.host.host import Host
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -213,7 +214,7 @@ MODULES: Final = {TWIN: "opensuction.machine.twin.twin_machine"}
 class Backend(Protocol):
     """One kind of machine."""
 
-    def attach(self, folder: Path) -> Port:
+    def attach(self, folder: Path, host: Host) -> Port:
         """Take hold of the machine of a folder.
 
         Raises InputError where there is none, or another controller has it.
@@ -265,9 +266,9 @@ def load(folder: Path) -> Backend:
     return cast(Backend, import_module(MODULES[kind_of(folder)]))
 
 
-def attach(folder: Path) -> Port:
+def attach(folder: Path, host: Host) -> Port:
     """Take hold of the machine of a folder, of whatever kind. Raises InputError as its backend."""
-    return load(folder).attach(folder)
+    return load(folder).attach(folder, host)
 
 
 def open_truth(folder: Path) -> TruthPort:

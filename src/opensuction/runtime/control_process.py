@@ -9,14 +9,12 @@ sensors tell; if it is in, it comes out first, and the machine waits for a perso
 
 import json
 import math
-import signal
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
-from uuid import uuid4
 
 import numpy as np
 
@@ -25,7 +23,10 @@ from opensuction.controller import configuration, controller
 from opensuction.controller.configuration import Configuration
 from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
-from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, Pacing, hardened
+from opensuction.host import this_computer
+from opensuction.host.host import NS_PER_S, Allowed, Clock, Host, Steps, after
+from opensuction.host.this_computer import THIS_COMPUTER
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler, Pacing
 from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.ipc.ring import EventReader, EventWriter, RingReader, RingWriter
@@ -64,8 +65,10 @@ READINGS = row.columns(Readings)
 ENDED = "ended"
 AT_ONCE = 2
 """Told so often to end it ends, wherever the catheter is: the drives bring it out."""
-ANSWERS_S = 2.0
-"""How long the machine may take to give its first readings."""
+ANSWERS_S, LOOKS_S = 2.0, 0.001
+"""How long the machine may take to give its first readings, and how often they are looked for."""
+RUN_BYTES = 4
+"""Of chance in the name of a run: two of one second have different ones."""
 STATE_PLACES = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 
 
@@ -81,38 +84,43 @@ class Before(NamedTuple):
     """What it was doing."""
 
 
-def read_before(folder: Path) -> Before | None:
+def read_before(folder: Path, clock: Clock = THIS_COMPUTER.clock) -> Before | None:
     """State left by the last controller in this folder; None of none, or of another version.
 
     It lies in its ring, or, where its machine is gone with all else, in what was handed on.
     """
-    return _read_ring(folder) or _read_handed_on(folder)
+    return _read_ring(folder, clock) or _read_handed_on(folder, clock)
 
 
-def hand_on(folder: Path, before: Before) -> None:
+def _now_s(clock: Clock) -> float:
+    """Monotonic time."""
+    return clock.monotonic_ns() / NS_PER_S
+
+
+def hand_on(folder: Path, before: Before, clock: Clock = THIS_COMPUTER.clock) -> None:
     """Write down for the next controller what it must not forget, where its ring goes."""
     told = {
         "kept": plain_row.pack(Interlocks, before.kept).tolist(),
-        "ended_s": time.monotonic() - before.off_s,
+        "ended_s": _now_s(clock) - before.off_s,
         "phase": int(before.phase),
     }
     private_file.write(folder / BEFORE, json.dumps(told))
 
 
-def _read_handed_on(folder: Path) -> Before | None:
+def _read_handed_on(folder: Path, clock: Clock) -> Before | None:
     try:
         told = json.loads((folder / BEFORE).read_text(encoding="ascii"))
         kept = plain_row.unpack(Interlocks, np.array(told["kept"], np.float64))
-        off_s = max(time.monotonic() - told["ended_s"], 0.0)
+        off_s = max(_now_s(clock) - told["ended_s"], 0.0)
         return Before(kept, off_s, died=True, phase=told["phase"])
     except (OSError, ValueError, KeyError, TypeError, IndexError):
         return None
 
 
-def _read_ring(folder: Path) -> Before | None:
+def _read_ring(folder: Path, clock: Clock) -> Before | None:
     try:
         reader = RingReader(folder / RING)
-        off_s = max(time.time() - (folder / RING).stat().st_mtime, 0.0)
+        off_s = max(clock.wall_ns() / NS_PER_S - (folder / RING).stat().st_mtime, 0.0)
     except (InputError, OSError):
         return None
     if reader.facts.columns != ROW_COLUMNS:
@@ -121,7 +129,7 @@ def _read_ring(folder: Path) -> Before | None:
     if not len(left):
         return None
     state = plain_row.unpack(State, np.ascontiguousarray(left[-1, STATE_PLACES]))
-    since_s = time.monotonic() - float(left[-1, 0])
+    since_s = _now_s(clock) - float(left[-1, 0])
     return Before(
         kept=state.core.upkeep,
         off_s=since_s if since_s >= 0.0 else off_s,
@@ -139,20 +147,20 @@ def _has_died(folder: Path) -> bool:
     return not told or told[-1].fields["kind"] != ENDED
 
 
-def _first_readings(port: Port) -> Readings:
+def _first_readings(port: Port, clock: Clock) -> Steps[Readings]:
     """First readings of the machine. Raises InputError where it gives none."""
     found: Array = np.zeros(len(READINGS))
-    ends = time.monotonic() + ANSWERS_S
+    ends_ns = after(clock, ANSWERS_S)
     while not port.read(found):
-        if time.monotonic() > ends:
+        if clock.monotonic_ns() > ends_ns:
             raise InputError(f"the machine '{port.facts.name}' gives no readings")
-        time.sleep(0.001)
+        yield after(clock, LOOKS_S)
     return plain_row.unpack(Readings, found)
 
 
-def begin(chosen: Configuration, port: Port, before: Before | None) -> State:
+def begin(chosen: Configuration, port: Port, before: Before | None, clock: Clock) -> Steps[State]:
     """State of a controller that starts now."""
-    head_mm = head_vote.first_mm(_first_readings(port))
+    head_mm = head_vote.first_mm((yield from _first_readings(port, clock)))
     if before is None:
         return controller.start(chosen.settings, head_mm, NEW_CATHETER_S)
     return controller.restart(chosen.settings, head_mm, before.kept, before.off_s, before.phase)
@@ -233,82 +241,87 @@ def _read_configuration(folder: Path) -> Configuration:
     return configuration.from_json(text)
 
 
-def serve(
+def _name_run(host: Host) -> str:
+    """Name of a controller's run, which no other one has."""
+    began = datetime.fromtimestamp(host.clock.wall_ns() / NS_PER_S, tz=UTC)
+    return f"{began:%Y%m%dT%H%M%S}-{host.token(RUN_BYTES).hex()}"
+
+
+def steps(
+    host: Host,
     folder: Path,
     period_ns: int = PERIOD_NS,
-    attach: Callable[[Path], Port] = ports.attach,
-    pace: Callable[[int], Pacing] = DeadlineScheduler,
-) -> None:
+    attach: Callable[[Path, Host], Port] = ports.attach,
+    pace: Callable[[int, int], Pacing] = DeadlineScheduler,
+) -> Steps[None]:
     """Control the machine of a folder until the process is told to end.
 
     A cycle is broken off then, and the process ends once the catheter is out.
 
-    attach: takes hold of the machine. pace: of the loop, which takes the period, ns.
+    attach: takes hold of the machine. pace: of the loop, which takes the period and the time, ns.
 
     Raises InputError where it cannot begin.
     """
-    with ProcessLock(folder / CONTROLS, "a controller runs"):
+    clock = host.clock
+    with ProcessLock(folder / CONTROLS, "a controller runs", host):
         chosen = _read_configuration(folder)
-        before = read_before(folder)
-        port = attach(folder)
-        call = RealTimeCall(chosen.settings, chosen.heads_mm, begin(chosen, port, before))
+        before = read_before(folder, clock)
+        port = attach(folder, host)
+        state = yield from begin(chosen, port, before, clock)
+        call = RealTimeCall(chosen.settings, chosen.heads_mm, state)
         told = {
             "version": __version__,
-            "run": f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{uuid4().hex[:8]}",
+            "run": _name_run(host),
             "settings": configuration.hash_of(chosen),
             DESCRIPTION: describe(port.facts),
             "period_ns": str(period_ns),
             # Of the monotonic clock's zero: the only time that anybody takes from the wall clock.
-            "began_utc_ns": str(time.time_ns() - time.monotonic_ns()),
+            "began_utc_ns": str(clock.wall_ns() - clock.monotonic_ns()),
             STARTED_FROM: call.state_row.tobytes().hex(),
         }
-        ending: list[int] = []
-        signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
         slots = round(SLOTS_S * NS_PER_S / period_ns)
         with (
-            closing(Mailbox(folder / ASK)) as mailbox,
-            EventWriter(folder / EVENTS, folder / EVENTS_BEFORE) as events,
-            RingWriter(folder / RING, ROW_COLUMNS, slots, told, folder / RING_BEFORE) as ring,
+            closing(Mailbox(folder / ASK, host)) as mailbox,
+            EventWriter(folder / EVENTS, folder / EVENTS_BEFORE, host) as events,
+            RingWriter(folder / RING, ROW_COLUMNS, slots, told, folder / RING_BEFORE, host) as ring,
         ):
-            heartbeat, setting = Heartbeat(folder), Setting(folder, call, chosen)
-            around = Around(port, mailbox, ring, events, heartbeat, setting.set)
+            heartbeat, setting = Heartbeat(folder, host), Setting(folder, call, chosen)
+            around = Around(port, mailbox, ring, events, heartbeat, clock, setting.set)
             loop = ControlLoop(call, around, period_ns / NS_PER_S)
             began = {
                 "recovered": "yes" if before is not None and before.died else "no",
                 "lacks": say_lacking(port.facts.capabilities, chosen),
             }
-            _run(loop, events, lambda: pace(period_ns), ending, began)
+            with host.hardened() as allowed:
+                _tell_begun(events, allowed, began)
+                yield from _tick(loop, pace(period_ns, clock.monotonic_ns()), host)
+            events.write(ENDED, loop.tick)
         heartbeat.end(Process.CONTROL)
         port.close()
 
 
-def _run(
-    loop: ControlLoop,
-    events: EventWriter,
-    begin_pace: Callable[[], Pacing],
-    ending: list[int],
-    began: dict[str, str],
-) -> None:
-    """Tick until told to end, and what that takes. began: what is told besides as it begins."""
-    with hardened() as allowed:
-        events.write(
-            "began",
-            0,
-            scheduler=allowed.scheduler,
-            memory_locked=str(allowed.memory_locked).lower(),
-            refusals="; ".join(allowed.refusals),
-            **began,
-        )
-        pace = begin_pace()
-        while not (ending and loop.is_resting) and len(ending) < AT_ONCE:
-            loop.stopping = bool(ending) and not loop.is_resting
-            skipped = pace.wait()
-            loop.step(pace.deadline_ns, skipped)
-    events.write(ENDED, loop.tick)
+def _tell_begun(events: EventWriter, allowed: Allowed, began: dict[str, str]) -> None:
+    """Tell that the loop begins, and with which rights. began: what is told besides."""
+    events.write(
+        "began",
+        0,
+        scheduler=allowed.scheduler,
+        memory_locked=str(allowed.memory_locked).lower(),
+        refusals="; ".join(allowed.refusals),
+        **began,
+    )
+
+
+def _tick(loop: ControlLoop, pace: Pacing, host: Host) -> Steps[None]:
+    """Tick until told to end, and until the catheter is out."""
+    while not ((ending := host.terminations()) and loop.is_resting) and ending < AT_ONCE:
+        loop.stopping = bool(ending) and not loop.is_resting
+        yield pace.due_ns
+        skipped = pace.begin(host.clock.monotonic_ns())
+        loop.step(pace.deadline_ns, skipped)
 
 
 if __name__ == "__main__":
-    try:
-        serve(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else PERIOD_NS)
-    except InputError as problem:
-        sys.exit(f"opensuction: {problem}")
+    _folder = Path(sys.argv[1])
+    _period_ns = int(sys.argv[2]) if len(sys.argv) > 2 else PERIOD_NS
+    this_computer.run(lambda host: steps(host, _folder, _period_ns))

@@ -4,15 +4,14 @@ What could not be stored is tried again, in order, until it is. Whoever hands en
 far they are stored, and keeps what comes after.
 """
 
-import sys
-import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import NamedTuple
 
 from opensuction import __version__
+from opensuction.host.host import Host, Steps, Work, after
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.entry import Alarm, CycleEnd, CycleStart, Machine, Outcome
@@ -22,8 +21,8 @@ from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import SUPERVISOR, Begun, Entry
 from opensuction.runtime.machine_folder import About
 
-AGAIN_S = 1.0
-"""Between two tries."""
+AGAIN_S, LOOKS_S = 1.0, 0.02
+"""Between two tries; how often it is looked whether the last one is over."""
 UNSEEN = CycleEnd(Outcome.INTERRUPTED, "nobody recorded how it ended")
 
 Task = Callable[[Records], None]
@@ -39,14 +38,14 @@ class Context(NamedTuple):
 class DatabaseWriter:
     """Stores entries in their order."""
 
-    def __init__(self, database: str | None) -> None:
+    def __init__(self, database: str | None, host: Host = THIS_COMPUTER) -> None:
         """database: see `Records.open_for_machine`; None: the default one."""
-        self._database = database
+        self._database, self._host = database, host
         self._records: Records | None = None
         self._cycle: str | None = None
         """The machine's cycle that has not ended."""
         self._tasks: deque[Task] = deque()
-        self._is_there, self._is_wanted = threading.Condition(), True
+        self._is_wanted = True
         self.stored = 0
         """Rows up to this one are on record, of the controller that is followed."""
         self._followed = 0
@@ -55,8 +54,7 @@ class DatabaseWriter:
         """All is on record of those before this one."""
         self.lost = ""
         """Why entries are not stored; empty where they are."""
-        self._thread = threading.Thread(target=self._work, daemon=True)
-        self._thread.start()
+        self._worker = host.begin_worker(self._work())
 
     def put(self, entry: Entry, context: Context) -> None:
         """Store an entry some time soon."""
@@ -122,52 +120,59 @@ class DatabaseWriter:
 
         self._hand(take_up)
 
-    def close(self, patience_s: float) -> bool:
-        """Store what is left; whether it could be within this time."""
-        with self._is_there:
-            self._is_wanted = False
-            self._is_there.notify()
-        self._thread.join(patience_s)
+    def close(self, patience_s: float) -> Steps[bool]:
+        """Store what is left; true where it could be within this time."""
+        self._is_wanted = False
+        self._worker.wake()
+        clock = self._host.clock
+        ends_ns = after(clock, patience_s)
+        while not self._worker.has_ended and clock.monotonic_ns() < ends_ns:
+            yield after(clock, LOOKS_S)
         return not self._tasks
 
     def _hand(self, task: Task) -> None:
-        with self._is_there:
-            self._tasks.append(task)
-            self._is_there.notify()
+        self._tasks.append(task)
+        self._worker.wake()
 
-    def _work(self) -> None:
-        while True:
-            with self._is_there:
-                while not self._tasks and self._is_wanted:
-                    self._is_there.wait()
-                if not self._tasks:
-                    break
-                task = self._tasks[0]
-            if self._try(task):
+    def _work(self) -> Work:
+        """Store what is handed over, until nothing more is wanted and nothing is left."""
+        while self._tasks or self._is_wanted:
+            if not self._tasks:
+                yield None
+            elif self._try(self._tasks[0]):
+                if self.lost:
+                    yield from self._show_loss()
                 self._tasks.popleft()
                 self.lost = ""
             else:
-                with self._is_there:
-                    self._is_there.wait(AGAIN_S)
+                yield after(self._host.clock, AGAIN_S)
         if self._records is not None:
             self._records.close()
 
+    def _show_loss(self) -> Work:
+        """Leave time to see that an entry is lost."""
+        clock = self._host.clock
+        ends_ns = after(clock, AGAIN_S)
+        while clock.monotonic_ns() < ends_ns:
+            yield ends_ns
+
     def _try(self, task: Task) -> bool:
-        """Run a task; true where nothing of it is left to do."""
+        """Run a task; true where nothing of it is left to do. `lost` says so where it is lost."""
         try:
             if self._records is None:
                 self._records = Records.open_for_machine(self._database)
             task(self._records)
+            self.lost = ""
         except RecordsError as error:
             self.lost = str(error)
             return False
         except InputError as error:
             # What the records do not take today they will not take tomorrow.
-            sys.stderr.write(f"opensuction: not put on record: {error}\n")
+            self._host.say(f"not put on record: {error}")
+            self.lost = ""
         except Exception as error:
             self.lost = f"{type(error).__name__}: {error}"
-            sys.stderr.write(f"opensuction: not put on record: {self.lost}\n")
-            time.sleep(AGAIN_S)
+            self._host.say(f"not put on record: {self.lost}")
         return True
 
     def _store(self, records: Records, entry: Entry, context: Context) -> None:

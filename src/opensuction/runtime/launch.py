@@ -5,14 +5,13 @@ They belong to no terminal and to no parent: whoever started them may die, and t
 Requests to the control loop, and its answers among the loop's events: one client for all.
 """
 
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
+from opensuction.host.host import Child, Host, Steps, after, finish
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.ipc.mailbox import PATIENCE_S, Sender
 from opensuction.ipc.ring import EventReader, RingReader
@@ -57,12 +56,13 @@ def ask(folder: Path, what: str, who: str, key: str, answers_s: float) -> str | 
     events = EventReader(folder / EVENTS)
     events.read()
     send(folder, what, who, key)
-    ends_s = time.monotonic() + answers_s
-    while time.monotonic() < ends_s:
+    clock = THIS_COMPUTER.clock
+    ends_ns = after(clock, answers_s)
+    while clock.monotonic_ns() < ends_ns:
         for one in events.read()[0]:
             if one.fields.get("key") == key:
                 return str(one.fields["verdict"])
-        time.sleep(CONTROLLER_REQUEST_LOOKS_S)
+        clock.sleep_until(after(clock, CONTROLLER_REQUEST_LOOKS_S))
     return None
 
 
@@ -90,17 +90,9 @@ def configure(folder: Path, chosen: Configuration) -> None:
     private_file.write(folder / CONFIGURATION, text)
 
 
-def spawn(folder: Path, module: str, *arguments: str) -> subprocess.Popen[bytes]:
+def spawn(folder: Path, module: str, *arguments: str, host: Host = THIS_COMPUTER) -> Child:
     """Start a module as a process; what it says goes into its log in the folder."""
-    command = [sys.executable, "-m", module, str(folder), *arguments]
-    with private_file.append(log_of(folder, module)) as log:
-        return subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=log,
-            start_new_session=True,
-        )
+    return host.processes.spawn(module, (str(folder), *arguments), log_of(folder, module))
 
 
 def log_of(folder: Path, module: str) -> Path:
@@ -117,9 +109,7 @@ def last_words(folder: Path, module: str) -> str:
     return lines[-1].removeprefix("opensuction: ") if lines else ""
 
 
-def start_control(
-    folder: Path, period_ns: int = PERIOD_NS, module: str = CONTROL
-) -> subprocess.Popen[bytes]:
+def start_control(folder: Path, period_ns: int = PERIOD_NS, module: str = CONTROL) -> Child:
     """The control process on the machine of a folder; returns once it ticks.
 
     module: that is run; another one in its place takes the same arguments. Raises InputError where
@@ -133,34 +123,41 @@ def start_control(
     )
 
 
-def start_recorder(folder: Path, out: Path) -> subprocess.Popen[bytes]:
+def start_recorder(folder: Path, out: Path) -> Child:
     """The recorder of a folder's controller; returns once it has given a sign of life.
 
     Raises InputError where it does not.
     """
-    heartbeat, before_ns = Heartbeat(folder), time.monotonic_ns()
+    clock = THIS_COMPUTER.clock
+    heartbeat, before_ns = Heartbeat(folder), clock.monotonic_ns()
     process = spawn(folder, RECORDER, str(out))
     return _wait(
         folder,
         RECORDER,
         process,
-        lambda: heartbeat.age_s(Process.RECORDER) < (time.monotonic_ns() - before_ns) * 1e-9,
+        lambda: heartbeat.age_s(Process.RECORDER) < (clock.monotonic_ns() - before_ns) * 1e-9,
     )
 
 
-def _wait(
-    folder: Path, module: str, process: subprocess.Popen[bytes], works: Callable[[], bool]
-) -> subprocess.Popen[bytes]:
-    ends_s = time.monotonic() + BEGINS_S
-    while time.monotonic() < ends_s and process.poll() is None:
-        if works():
-            return process
-        time.sleep(LOOKS_S)
+def _wait(folder: Path, module: str, process: Child, works: Callable[[], bool]) -> Child:
+    if finish(_starting(process, works), THIS_COMPUTER.clock):
+        return process
     process.kill()
     process.wait()
     words = last_words(folder, module) or "it took too long"
     title = module.rpartition(".")[2].replace("_", " ")
     raise InputError(f"the {title} does not run: {words}")
+
+
+def _starting(process: Child, works: Callable[[], bool]) -> Steps[bool]:
+    """Steps until a process works; false where it does not."""
+    clock = THIS_COMPUTER.clock
+    ends_ns = after(clock, BEGINS_S)
+    while clock.monotonic_ns() < ends_ns and process.poll() is None:
+        if works():
+            return True
+        yield after(clock, LOOKS_S)
+    return False
 
 
 def _has_rows(path: Path) -> bool:

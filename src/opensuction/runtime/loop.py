@@ -11,7 +11,6 @@ meanwhile. One that has worked is lost when it falls silent or when another one 
 Events of a recording, derived from rows of the control loop.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
@@ -23,6 +22,7 @@ from opensuction.controller.real_time_call import (
     STATE_COLUMNS,
     RealTimeCall,
 )
+from opensuction.host.host import Clock
 from opensuction.ipc import mailbox
 from opensuction.ipc.liveness import Heartbeat, Process, Signs
 from opensuction.ipc.mailbox import Mailbox
@@ -145,6 +145,7 @@ class Around(NamedTuple):
     ring: RingWriter
     events: EventWriter
     heartbeat: Heartbeat
+    clock: Clock
     configure: Callable[[str, Array], Iterator[str]]
     """Have the controller go by the settings of this key, a piece of the work at a time; takes the
     newest readings. The last piece says what becomes of it."""
@@ -183,7 +184,7 @@ class ControlLoop:
 
     def step(self, deadline_ns: int, skipped: int) -> None:
         """One tick. deadline_ns: when it was due. skipped: how many were missed before it."""
-        begun_ns = time.monotonic_ns()
+        begun_ns = self._around.clock.monotonic_ns()
         inputs, row = self._inputs, self._row
         row[0] = deadline_ns * 1e-9
         row[1] = (begun_ns - deadline_ns) * 1e-9
@@ -205,7 +206,7 @@ class ControlLoop:
         row[_STATE] = self._call.state_row
         self._around.ring.write(row)
         self.tick += 1
-        self._computed_s = (time.monotonic_ns() - begun_ns) * 1e-9
+        self._computed_s = (self._around.clock.monotonic_ns() - begun_ns) * 1e-9
 
     def _read(self) -> None:
         """The newest readings; none where the same have come for too long."""

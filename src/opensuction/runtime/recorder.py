@@ -6,7 +6,6 @@ full: then rows are asked for again as long as the ring has them, and what is mi
 told; who controls the machine waits for nobody.
 """
 
-import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
@@ -15,6 +14,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.host.host import NS_PER_S, Clock
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import ProcessEvent, Read
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -33,7 +34,6 @@ HEARD = 64
 """Events of that time, at most."""
 PARTS = 1000
 """Files of one recording, at most: each recorder that begins anew makes one."""
-NS_PER_S = 1e9
 NEVER = -1
 _LEFT, _TIME, _TICK = (
     ROW_COLUMNS.index(name) for name in ("loop.left_rest", "loop.time_s", "inputs.tick")
@@ -65,6 +65,7 @@ class Recorder:
         state: Array | None,
         after: int = 0,
         flushed: Flushed | None = None,
+        clock: Clock = THIS_COMPUTER.clock,
     ) -> None:
         """folder: of the recordings. run: name of the controller's.
 
@@ -74,7 +75,7 @@ class Recorder:
         go; None: nowhere.
         """
         self._folder, self._run, self._describe = folder, run, describe
-        self._flushed = flushed
+        self._flushed, self._clock = flushed, clock
         self._heading = describe()
         self._before: deque[Array] = deque()
         """Rows of the last second at rest, in pieces."""
@@ -133,7 +134,7 @@ class Recorder:
             for rows in _split(found.rows, self._new_from):
                 self._take(rows)
             if self._writer is not None:
-                self._writer.keep_up(time.monotonic())
+                self._writer.keep_up(self._clock.monotonic_ns() / NS_PER_S)
             self.lost = ""
         except OSError as error:
             self.lost = error.strerror or str(error)

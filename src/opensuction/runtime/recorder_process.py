@@ -10,9 +10,7 @@ Source of a recorder: the rows and events of one controller, followed from a giv
 
 import contextlib
 import math
-import signal
 import sys
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -20,7 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.controller import configuration
-from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock, holder
+from opensuction.host import this_computer
+from opensuction.host.host import NS_PER_S, Host, Steps, after
+from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
 from opensuction.ipc.ring import (
     COLUMNS,
     EventReader,
@@ -154,7 +154,9 @@ class Keeping(NamedTuple):
 class ControllerSession:
     """Recording and records of all that one controller publishes."""
 
-    def __init__(self, folder: Path, out: Path, source: Source, keeping: Keeping) -> None:
+    def __init__(
+        self, folder: Path, out: Path, source: Source, keeping: Keeping, host: Host
+    ) -> None:
         self._folder, self._source = folder, source
         self._writer, mark, self._flushed = keeping
         self._mark, writer = mark, self._writer
@@ -162,7 +164,7 @@ class ControllerSession:
         self._place = mark.find(run) or Place(0, 0)
         left = source.begin(self._place)
         self._recorder = Recorder(
-            out, run, self._describe, left.state, self._place.row, self._flushed
+            out, run, self._describe, left.state, self._place.row, self._flushed, host.clock
         )
         goes_on = None if left.goes_on == AT_REST else recorder.name_of(run, left.goes_on)
         writer.follow(self._place.row)
@@ -260,10 +262,10 @@ def _heading(ring: Mapping[str, str]) -> dict[str, str]:
 class RecorderService:
     """The recorder: a desk after the other."""
 
-    def __init__(self, folder: Path, out: Path) -> None:
-        self._folder, self._out = folder, out
-        self._heartbeat, told = Heartbeat(folder), machine_folder.read(folder)
-        self._writer = DatabaseWriter(told.database)
+    def __init__(self, folder: Path, out: Path, host: Host) -> None:
+        self._folder, self._out, self._host = folder, out, host
+        self._heartbeat, told = Heartbeat(folder, host), machine_folder.read(folder)
+        self._writer = DatabaseWriter(told.database, host)
         self._keeping = Keeping(
             self._writer, ReadCheckpoint(folder / MARK), Flushed(folder / FLUSHED)
         )
@@ -276,28 +278,34 @@ class RecorderService:
         """Why something was not kept, as it was said last."""
         self._finished = ""
         """The run of the controller that was followed to its end."""
-        self._ending: list[int] = []
-        signal.signal(signal.SIGTERM, lambda number, _: self._ending.append(number))
 
-    def serve(self) -> None:
+    @property
+    def _ending(self) -> bool:
+        return self._host.terminations() > 0
+
+    def steps(self) -> Steps[None]:
         """Record until the process is told to end."""
         self._heartbeat.begin(Process.RECORDER)
         # Or one that has never kept anything since is missed by nobody.
         self._heartbeat.beat(Process.KEEPING)
-        while (source := self._wait()) is not None:
+        while (source := (yield from self._wait())) is not None:
             self._finish_before(source.run.name)
-            desk = ControllerSession(self._folder, self._out, source, self._keeping)
-            self._follow(desk, source)
+            desk = self._open(source)
+            yield from self._follow(desk, source)
             desk.take(*source.drain())
-            desk.end(died=not self._ending or holder(self._folder / CONTROLS) is None)
+            controller = self._host.locks.holder(self._folder / CONTROLS)
+            desk.end(died=not self._ending or controller is None)
             self._finished = source.run.name
             self._beat(desk.lost)
             if self._ending:
                 break
-        if not self._writer.close(PATIENCE_S):
-            sys.stderr.write(f"opensuction: not all was put on record: {self._writer.lost}\n")
+        if not (yield from self._writer.close(PATIENCE_S)):
+            self._host.say(f"not all was put on record: {self._writer.lost}")
         self._heartbeat.end(Process.RECORDER)
         self._heartbeat.end(Process.KEEPING)
+
+    def _open(self, source: Source) -> ControllerSession:
+        return ControllerSession(self._folder, self._out, source, self._keeping, self._host)
 
     def _finish_before(self, run: str) -> None:
         """Record the rest of a controller whose recorder died, too, maybe with nothing read yet.
@@ -309,18 +317,18 @@ class RecorderService:
         with contextlib.suppress(InputError, OSError):
             source = Source(self._folder / RING_BEFORE, self._folder / EVENTS_BEFORE)
             if source.run.name != self._finished:
-                desk = ControllerSession(self._folder, self._out, source, self._keeping)
+                desk = self._open(source)
                 desk.take(*source.drain())
                 desk.end(died=True)
 
-    def _wait(self) -> Source | None:
+    def _wait(self) -> Steps[Source | None]:
         """The controller, once there is one; None where the process is told to end before."""
         while not self._ending:
             self._beat(self._writer.lost)
             try:
                 return Source(self._folder / RING, self._folder / EVENTS)
             except (InputError, OSError):
-                time.sleep(EVERY_S)
+                yield after(self._host.clock, EVERY_S)
         return None
 
     def _beat(self, lost: str) -> None:
@@ -329,8 +337,7 @@ class RecorderService:
             self._heartbeat.beat(Process.KEEPING)
         elif lost != self._said:
             self._said = lost
-            sys.stderr.write(f"opensuction: not kept: {lost}\n")
-            sys.stderr.flush()
+            self._host.say(f"not kept: {lost}")
 
     def _hear_watch(self) -> list[ProcessEvent]:
         """Events of the supervisor since the last call, whichever supervisor there is."""
@@ -338,9 +345,12 @@ class RecorderService:
             self._watched = EventReader(self._watch.reader)
         return [] if self._watched is None else self._watched.read()[0]
 
-    def _follow(self, desk: ControllerSession, source: Source) -> None:
+    def _now_s(self) -> float:
+        return self._host.clock.monotonic_ns() / NS_PER_S
+
+    def _follow(self, desk: ControllerSession, source: Source) -> Steps[None]:
         """Record what one controller publishes, until it is replaced or the process shall end."""
-        came_s = time.monotonic()
+        came_s = self._now_s()
         while not self._ending:
             found, happened = source.read()
             desk.take(found, [*happened, *self._hear_watch()])
@@ -348,26 +358,24 @@ class RecorderService:
             # Whatever came while it was starting is taken: from now on its silence is a loss.
             self._heartbeat.work(Process.RECORDER)
             self._heartbeat.work(Process.KEEPING)
-            now_s = time.monotonic()
+            now_s = self._now_s()
             if len(found.rows):
                 came_s = now_s
             elif now_s - came_s > QUIET_S and source.is_replaced():
                 return
-            time.sleep(EVERY_S)
+            yield after(self._host.clock, EVERY_S)
 
 
-def serve(folder: Path, out: Path) -> None:
+def steps(host: Host, folder: Path, out: Path) -> Steps[None]:
     """Record until the process is told to end. Raises InputError where it cannot begin."""
-    with ProcessLock(folder / RECORDS, "a recorder runs"):
+    with ProcessLock(folder / RECORDS, "a recorder runs", host):
         try:
             private_file.make_folder(out)
         except OSError as error:
             raise InputError(f"no recordings can be kept in {out}: {error.strerror}") from None
-        RecorderService(folder, out).serve()
+        yield from RecorderService(folder, out, host).steps()
 
 
 if __name__ == "__main__":
-    try:
-        serve(Path(sys.argv[1]), Path(sys.argv[2]))
-    except InputError as problem:
-        sys.exit(f"opensuction: {problem}")
+    _folder, _out = map(Path, sys.argv[1:])
+    this_computer.run(lambda host: steps(host, _folder, _out))

@@ -10,17 +10,18 @@ until it is told to end.
 One process that is looked after: started, found again, missed, replaced.
 """
 
-import os
 import signal
-import subprocess
 import sys
-import time
 from collections import deque
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock, holder
+from opensuction.host import this_computer
+from opensuction.host.host import NS_PER_S, Child, Host, Steps, after, finish
+from opensuction.host.this_computer import THIS_COMPUTER
+from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
 from opensuction.ipc.ring import EventWriter
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
@@ -44,7 +45,6 @@ keep a process of the ordinary class waiting for a second."""
 TRIES = 5
 """So often it is replaced within `TRIES_S`; after that somebody has to look."""
 TRIES_S = 60.0
-NS_PER_S = 1e9
 
 
 class SupervisedProcess:
@@ -59,6 +59,7 @@ class SupervisedProcess:
         arguments: tuple[str, ...],
         hung_s: float = HUNG_S,
         awaited: tuple[Process, ...] = (),
+        host: Host = THIS_COMPUTER,
     ) -> None:
         """module: its name. lock: what it holds. life: which sign it gives.
 
@@ -67,8 +68,8 @@ class SupervisedProcess:
         """
         self.module, self._hung_s, self._awaited = module, hung_s, awaited
         self.folder, self._lock, self._life, self._arguments = folder, lock, life, arguments
-        self._heartbeat = Heartbeat(folder)
-        self._process: subprocess.Popen[bytes] | None = None
+        self._host, self._heartbeat = host, Heartbeat(folder, host)
+        self._process: Child | None = None
         self._pid: int | None = None
         self._begun_s = 0.0
         self._has_worked = False
@@ -94,31 +95,34 @@ class SupervisedProcess:
 
     def begin(self) -> str:
         """Find the one that runs, or start one; what was done."""
-        self._pid = holder(self._lock)
+        self._pid = self._host.locks.holder(self._lock)
         if self._pid is not None:
-            self._begun_s, self.was_found = time.monotonic(), True
+            self._begun_s, self.was_found = self._now_s(), True
             self._has_worked = self._heartbeat.is_expected(self._life)
             return f"{self.title}-found"
         self._start()
         return f"{self.title}-started"
 
+    def _now_s(self) -> float:
+        return self._host.clock.monotonic_ns() / NS_PER_S
+
     def _start(self) -> None:
         for process in self._awaited:
             self._heartbeat.start(process)
         self._has_worked = self.was_found = False
-        self._process = launch.spawn(self.folder, self.module, *self._arguments)
-        self._pid, self._begun_s = self._process.pid, time.monotonic()
+        self._process = launch.spawn(self.folder, self.module, *self._arguments, host=self._host)
+        self._pid, self._begun_s = self._process.pid, self._now_s()
         self._tried.append(self._begun_s)
 
     def is_alive(self) -> bool:
         """True while there is such a process."""
         if self._process is not None:
             return self._process.poll() is None
-        return self._pid is not None and holder(self._lock) == self._pid
+        return self._pid is not None and self._host.locks.holder(self._lock) == self._pid
 
     def works(self) -> bool:
         """True once it has given a sign of life since it was begun."""
-        since_s = time.monotonic() - self._begun_s
+        since_s = self._now_s() - self._begun_s
         return self.is_alive() and self._heartbeat.age_s(self._life) < since_s
 
     def look(self) -> tuple[str, str] | None:
@@ -130,7 +134,7 @@ class SupervisedProcess:
             return None
         words = self.last_words()
         self._process = self._pid = None
-        now_s = time.monotonic()
+        now_s = self._now_s()
         if len(self._tried) == TRIES and now_s - self._tried[0] < TRIES_S:
             self.given_up = True
             return f"{self.title}-given-up", f"{TRIES} died within {TRIES_S:g} s: {words}"
@@ -141,25 +145,25 @@ class SupervisedProcess:
         self._has_worked = self._has_worked or self.works()
         if self._has_worked and not self._heartbeat.is_expected(self._life):
             return  # it has been told to end, and does
-        running_s = time.monotonic() - self._begun_s
+        running_s = self._now_s() - self._begun_s
         allowed_s = self._hung_s if self._has_worked else launch.BEGINS_S
         if running_s > allowed_s and self._heartbeat.age_s(self._life) > allowed_s:
             self._signal(signal.SIGKILL)
 
-    def end(self, seconds: float, meanwhile: Callable[[], None]) -> bool:
-        """Have it end as it should; whether it did within that time. Then it is left alone."""
+    def end(self, seconds: float, meanwhile: Callable[[], None]) -> Steps[bool]:
+        """Have it end as it should; true where it did within that time. Then it is left alone."""
         self._signal(signal.SIGTERM)
-        ends_s = time.monotonic() + seconds
+        clock, ends_ns = self._host.clock, after(self._host.clock, seconds)
         while self.is_alive():
-            if time.monotonic() > ends_s:
+            if clock.monotonic_ns() > ends_ns:
                 return False
             meanwhile()
-            time.sleep(launch.LOOKS_S)
+            yield after(clock, launch.LOOKS_S)
         return True
 
     def _signal(self, number: signal.Signals) -> None:
         if self._pid is not None and self.is_alive():
-            os.kill(self._pid, number)
+            self._host.processes.signal(self._pid, number)
 
 
 LOOKS_S = 0.05
@@ -182,16 +186,24 @@ class SupervisorNotice(NamedTuple):
 class Supervisor:
     """Of one machine."""
 
-    def __init__(self, folder: Path, out: Path, period_ns: int = PERIOD_NS) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        out: Path,
+        period_ns: int = PERIOD_NS,
+        host: Host = THIS_COMPUTER,
+    ) -> None:
         """folder: the machine's; where it says what a console is set to, there is one, too.
 
         out: of its recordings. Raises InputError where another one supervises it.
         """
-        self._lock = ProcessLock(folder / SUPERVISES, "a supervisor runs")
-        self._events = EventWriter(folder / WATCH_EVENTS, folder / WATCH_EVENTS_BEFORE)
-        self._heartbeat = Heartbeat(folder)
+        self._clock = host.clock
+        self._lock = ProcessLock(folder / SUPERVISES, "a supervisor runs", host)
+        self._events = EventWriter(folder / WATCH_EVENTS, folder / WATCH_EVENTS_BEFORE, host)
+        self._heartbeat = Heartbeat(folder, host)
         self._number, self._silent_looks, self._keeps_nothing = 0, 0, False
-        self._run = f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{time.monotonic_ns():x}"
+        began = datetime.fromtimestamp(host.clock.wall_ns() / NS_PER_S, tz=UTC)
+        self._run = f"{began:%Y%m%dT%H%M%S}-{host.clock.monotonic_ns():x}"
         self.recorder = SupervisedProcess(
             folder,
             launch.RECORDER,
@@ -199,6 +211,7 @@ class Supervisor:
             Process.RECORDER,
             (str(out),),
             awaited=(Process.RECORDER, Process.KEEPING),
+            host=host,
         )
         self.control = SupervisedProcess(
             folder,
@@ -207,11 +220,18 @@ class Supervisor:
             Process.CONTROL,
             (str(period_ns),),
             CONTROL_HUNG_S,
+            host=host,
         )
         self.console: SupervisedProcess | None = None
         if (folder / CONSOLE).exists():
             self.console = SupervisedProcess(
-                folder, launch.CONSOLE, folder / CONSOLES, Process.CONSOLE, (), CONSOLE_HUNG_S
+                folder,
+                launch.CONSOLE,
+                folder / CONSOLES,
+                Process.CONSOLE,
+                (),
+                CONSOLE_HUNG_S,
+                host=host,
             )
 
     @property
@@ -225,7 +245,15 @@ class Supervisor:
         tell: Callable[[SupervisorNotice], None] = lambda _: None,
         meanwhile: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> None:
-        """Start or find them; returns once they work. Raises InputError where they do not.
+        """Do `beginning` to its end, and sleep in between."""
+        finish(self.beginning(tell, meanwhile), self._clock)
+
+    def beginning(
+        self,
+        tell: Callable[[SupervisorNotice], None] = lambda _: None,
+        meanwhile: Callable[[tuple[str, ...]], None] = lambda _: None,
+    ) -> Steps[None]:
+        """Start or find them, until they work. Raises InputError where they do not.
 
         One that is found and hung, or dies, is replaced as `look` does it.
 
@@ -243,11 +271,11 @@ class Supervisor:
             for process in self._supervised:
                 if not (process.is_alive() or process.was_found):
                     words = process.last_words()
-                    self.end()
+                    yield from self.ending()
                     raise InputError(f"the {process.title} does not run: {words}")
                 if (done := process.look()) is not None:
                     tell(self._note(*done))
-            time.sleep(LOOKS_S)
+            yield after(self._clock, LOOKS_S)
 
     def look(self) -> list[SupervisorNotice]:
         """Give a sign of life and see to the others; to be called every `LOOKS_S`."""
@@ -278,16 +306,20 @@ class Supervisor:
         return SupervisorNotice(what, detail)
 
     def end(self, meanwhile: Callable[[], None] = lambda: None) -> bool:
-        """End them in order; whether they did. The catheter comes out first."""
+        """Do `ending` to its end, and sleep in between."""
+        return finish(self.ending(meanwhile), self._clock)
+
+    def ending(self, meanwhile: Callable[[], None] = lambda: None) -> Steps[bool]:
+        """End them in order; true where they did. The catheter comes out first."""
 
         def wait() -> None:
             self._heartbeat.beat(Process.SUPERVISOR)
             meanwhile()
 
-        ended = self.control.end(COMES_OUT_S, wait)
+        ended = yield from self.control.end(COMES_OUT_S, wait)
         if self.console is not None:
-            ended &= self.console.end(CONSOLE_ENDS_S, wait)
-        ended &= self.recorder.end(WRITES_S, wait)
+            ended &= yield from self.console.end(CONSOLE_ENDS_S, wait)
+        ended &= yield from self.recorder.end(WRITES_S, wait)
         self._heartbeat.end(Process.SUPERVISOR)
         return ended
 
@@ -299,20 +331,16 @@ class Supervisor:
         self._lock.close()
 
 
-def serve(folder: Path, out: Path) -> None:
+def steps(host: Host, folder: Path, out: Path) -> Steps[None]:
     """Supervise until the process is told to end. Raises InputError where it cannot begin."""
-    ending: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
-    with Supervisor(folder, out) as supervisor:
-        supervisor.begin()
-        while not ending:
+    with Supervisor(folder, out, host=host) as supervisor:
+        yield from supervisor.beginning()
+        while not host.terminations():
             supervisor.look()
-            time.sleep(LOOKS_S)
-        supervisor.end()
+            yield after(host.clock, LOOKS_S)
+        yield from supervisor.ending()
 
 
 if __name__ == "__main__":
-    try:
-        serve(Path(sys.argv[1]), Path(sys.argv[2]))
-    except InputError as problem:
-        sys.exit(f"opensuction: {problem}")
+    _folder, _out = map(Path, sys.argv[1:])
+    this_computer.run(lambda host: steps(host, _folder, _out))

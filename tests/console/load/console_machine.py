@@ -12,6 +12,7 @@ from typing import NamedTuple
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.sign_in import SignedIn
 from opensuction.console.access import session_cookie
+from opensuction.host.host import Child
 from opensuction.records.records import Records
 from opensuction.runtime import launch
 from opensuction.session.running import console_settings
@@ -28,7 +29,7 @@ class ConsoleMachine(NamedTuple):
     """The parts of it."""
 
     room: Room
-    console: "subprocess.Popen[bytes]"
+    console: "Child"
     port: int
     signed_in: dict[str, SignedIn]
 

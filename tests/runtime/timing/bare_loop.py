@@ -10,7 +10,8 @@ import sys
 import time
 from pathlib import Path
 
-from opensuction.ipc.deadline_scheduler import DeadlineScheduler, hardened
+from opensuction.host.this_computer import THIS_COMPUTER, hardened
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 
 LONGEST = 64
 """Bits of the longest delay in nanoseconds."""
@@ -22,9 +23,11 @@ def keep(out: Path, period_ns: int) -> None:
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
     late, ticks = [0] * LONGEST, 0
     with hardened() as allowed:
-        pace = DeadlineScheduler(period_ns)
+        clock = THIS_COMPUTER.clock
+        pace = DeadlineScheduler(period_ns, clock.monotonic_ns())
         while not ending:
-            pace.wait()
+            clock.sleep_until(pace.due_ns)
+            pace.begin(clock.monotonic_ns())
             late[max(time.monotonic_ns() - pace.deadline_ns, 0).bit_length()] += 1
             ticks += 1
     told = {

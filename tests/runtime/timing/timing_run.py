@@ -172,7 +172,7 @@ def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int)
     finally:
         for process in reversed(processes):
             process.kill()
-            process.communicate()
+            process.wait()
 
 
 def run(out: Path, seconds: float, period_ns: int) -> TimingRun:

@@ -1,7 +1,6 @@
 """A machine whose twin died: how its end is told, and what the next one under its name keeps."""
 
 import os
-import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -16,6 +15,8 @@ from opensuction.cli.command.run import MachineOptions
 from opensuction.cli.interruption import Stopped
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
+from opensuction.host import this_computer
+from opensuction.host.host import NS_PER_S
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.vocabulary import Phase, name_of
 from opensuction.machine.twin import twin_machine
@@ -41,7 +42,7 @@ def prepared() -> Prepared:
 def folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Of machines whose twin is no process, so that none answers."""
     monkeypatch.setattr(twin_machine, "start", lambda *_: None)
-    monkeypatch.setattr(time, "monotonic", lambda: OFF_S)
+    monkeypatch.setattr(this_computer._Clock, "monotonic_ns", lambda _: round(OFF_S * NS_PER_S))
     made = machine_folder.make(NAME)
     yield made
     machine_folder.clear(made)

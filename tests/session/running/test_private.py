@@ -5,6 +5,7 @@ import stat
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
@@ -40,8 +41,8 @@ def begin_twin(folder: Path) -> None:
 
 def listen(folder: Path) -> None:
     """As a controller that dies: the sockets stay in the folder."""
-    for own in Mailbox(folder / machine_folder.ASK)._sockets:
-        own.close()
+    for own in Mailbox(folder / machine_folder.ASK)._inboxes:
+        cast(Any, own)._socket.close()
 
 
 WRITERS: dict[str, Callable[[Path], object]] = {

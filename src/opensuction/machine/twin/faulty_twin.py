@@ -14,14 +14,14 @@ and stays away. See `twin.machine.dc_axis`; asked for by
 
 import json
 import math
-import socket
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from opensuction.host.host import Host
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import EventWriter, FollowedRing
-from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import Readings
@@ -133,7 +133,7 @@ class _Phases:
 class FaultyTwin:
     """Breaks a machine that is stepped elsewhere, and says what it did."""
 
-    def __init__(self, folder: Path, call: MachineCall) -> None:
+    def __init__(self, folder: Path, call: MachineCall, host: Host = THIS_COMPUTER) -> None:
         """call: whose row is played. Raises InputError where another twin plays in the folder."""
         self._call, self._folder, self.tick = call, folder, 0
         self._sound = plain_row.unpack(MachineSide, call.side_row)
@@ -144,10 +144,8 @@ class FaultyTwin:
         self._due: float = NEVER
         """Before which tick there is something to do next."""
         self._phases: _Phases | None = None
-        self._events = EventWriter(folder / EVENTS)
-        self._asked = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        self._asked.setblocking(False)
-        private_file.bind(self._asked.bind, folder / CHANGE)
+        self._events = EventWriter(folder / EVENTS, host=host)
+        self._asked = host.datagrams.listen(folder / CHANGE)
 
     def __enter__(self) -> Self:
         return self
@@ -168,9 +166,7 @@ class FaultyTwin:
             self._let_go()
         if self._phases is not None:
             self._await_phases(self._phases.look())
-        try:
-            data = self._asked.recv(LARGEST)
-        except BlockingIOError:
+        if (data := self._asked.receive(LARGEST)) is None:
             return
         if len(data) == self._call.side_row.nbytes:
             self._sound = plain_row.unpack(MachineSide, np.frombuffer(data))

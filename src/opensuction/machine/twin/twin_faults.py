@@ -6,12 +6,13 @@ done to its process.
 """
 
 import json
-import socket
-import time
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from opensuction.host.host import after
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import EventReader, ProcessEvent
 from opensuction.kernel.errors import InputError
 from opensuction.machine.port import HandTask
@@ -29,7 +30,7 @@ TAKEN = ""
 """Reason of an answer that takes what was asked."""
 PHASES, PHASE = "control.ring", "outputs.phase"
 """Ring of the controller in the same folder, and its column: phases that a fault waits for."""
-PATIENCE_S = 5.0
+PATIENCE_S, LOOKS_S = 5.0, 0.002
 """Longest time that the twin may take to answer: it answers between two ticks, but whatever runs
 it may be busy."""
 OF_PROCESS = {
@@ -122,21 +123,21 @@ def _events(folder: Path) -> list[ProcessEvent]:
 
 def _ask(folder: Path, message: dict[str, Any]) -> None:
     """Send it, and wait for the answer."""
-    key = str(time.monotonic_ns())
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
-        sender.settimeout(PATIENCE_S)
+    clock = THIS_COMPUTER.clock
+    key = str(clock.monotonic_ns())
+    with closing(THIS_COMPUTER.datagrams.sender(PATIENCE_S)) as sender:
         try:
             events = EventReader(folder / EVENTS)
-            sender.sendto(json.dumps({"key": key, **message}).encode(), str(folder / CHANGE))
+            sender.send(folder / CHANGE, json.dumps({"key": key, **message}).encode())
         except OSError as error:
             reason = error.strerror or str(error)
             raise InputError(f"no twin plays in {folder}: {reason}") from None
-    ends = time.monotonic() + PATIENCE_S
-    while time.monotonic() < ends:
+    ends_ns = after(clock, PATIENCE_S)
+    while clock.monotonic_ns() < ends_ns:
         for event in events.read()[0]:
             if event.fields["kind"] == ANSWER and event.fields["key"] == key:
                 if event.fields["reason"] != TAKEN:
                     raise InputError(event.fields["reason"])
                 return
-        time.sleep(0.002)
+        clock.sleep_until(after(clock, LOOKS_S))
     raise InputError(f"the twin in {folder} does not answer")

@@ -1,15 +1,14 @@
 """The twin's process as a machine before the controller."""
 
 import json
-import socket
-import subprocess
-import sys
-import time
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from opensuction.host.host import Child, Host, Steps, after, finish
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import FollowedRing, RingReader, RingWriter
 from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row
@@ -26,7 +25,7 @@ from opensuction.machine.port import (
     read_capabilities,
 )
 from opensuction.machine.twin import twin_faults
-from opensuction.machine.twin.twin_faults import CHANGE
+from opensuction.machine.twin.twin_faults import CHANGE, PATIENCE_S
 from opensuction.machine.twin.twin_process import BEGUN, CAPABILITIES, COMMANDS, SHOWN
 from opensuction.simulation import machine_side
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
@@ -40,8 +39,9 @@ from opensuction.twin.machine.fail_safe import SILENCE_S
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.plant import PlantState
 
-BEGINS_S = 120.0
-"""Longest time until the twin plays: it may have to be compiled first."""
+PROCESS = "opensuction.machine.twin.twin_process"
+BEGINS_S, LOOKS_S = 120.0, 0.005
+"""Longest time until the twin plays: it may have to be compiled first; how often it is looked."""
 LOG = "twin_process.log"
 """What the process says."""
 COMMAND_SLOTS = 64
@@ -66,7 +66,7 @@ def side_of(loop: Loop, seed: int) -> MachineSide:
 
 def start(
     folder: Path, loop: Loop, state: LoopState, seed: int, carrier: Bus | None = None
-) -> subprocess.Popen[bytes]:
+) -> Child:
     """Start the twin of a loop in a folder, at rest; returns once it plays.
 
     carrier: as `launch` takes it. Raises InputError as `launch` does.
@@ -83,9 +83,7 @@ def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
     port.name_backend(folder, port.TWIN)
 
 
-def launch(
-    folder: Path, side: MachineSide, plant: PlantState, carrier: Bus | None = None
-) -> subprocess.Popen[bytes]:
+def launch(folder: Path, side: MachineSide, plant: PlantState, carrier: Bus | None = None) -> Child:
     """Start the twin in a folder; returns once it plays.
 
     carrier: the bus between it and its controllers; None where messages are there at once. Raises
@@ -95,25 +93,25 @@ def launch(
         wires = link.on_bus(side.wiring.link, carrier, DT_S)
         side = side._replace(wiring=side.wiring._replace(link=wires))
     prepare(folder, side, plant)
-    command = [sys.executable, "-m", "opensuction.machine.twin.twin_process", str(folder)]
-    with private_file.append(folder / LOG) as log:
-        # A process of its own, which outlives whoever started it.
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=log,
-            start_new_session=True,
-        )
-    ends = time.monotonic() + BEGINS_S
-    while time.monotonic() < ends and process.poll() is None:
-        if (folder / SHOWN).exists() and RingReader(folder / SHOWN).newest():
-            return process
-        time.sleep(0.005)
+    host = THIS_COMPUTER
+    # A process of its own, which outlives whoever started it.
+    process = host.processes.spawn(PROCESS, (str(folder),), folder / LOG)
+    if finish(_starting(folder, process, host), host.clock):
+        return process
     process.kill()
     process.wait()
     said = (folder / LOG).read_text(encoding="utf-8", errors="replace").strip()
     raise InputError(f"the twin does not play in {folder}: {said or 'it took too long'}")
+
+
+def _starting(folder: Path, process: Child, host: Host) -> Steps[bool]:
+    """Steps until a twin plays; false where it does not."""
+    ends_ns = after(host.clock, BEGINS_S)
+    while host.clock.monotonic_ns() < ends_ns and process.poll() is None:
+        if (folder / SHOWN).exists() and RingReader(folder / SHOWN).newest():
+            return True
+        yield after(host.clock, LOOKS_S)
+    return False
 
 
 def change(folder: Path, side: MachineSide) -> None:
@@ -121,21 +119,24 @@ def change(folder: Path, side: MachineSide) -> None:
 
     For what no fault of the table does to it; see `twin_faults` for those.
     """
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
-        sender.sendto(plain_row.pack(MachineSide, side).tobytes(), str(folder / CHANGE))
+    with closing(THIS_COMPUTER.datagrams.sender(PATIENCE_S)) as sender:
+        sender.send(folder / CHANGE, plain_row.pack(MachineSide, side).tobytes())
 
 
 class TwinMachine:
     """A `ports.Port` to the twin that plays in a folder."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, host: Host = THIS_COMPUTER) -> None:
         """Raises InputError where no twin plays there, or another controller has it."""
         shown = _open_shown(folder)
         self._ring = FollowedRing(folder / SHOWN, lambda columns: columns == SHOWN_COLUMNS)
         self._ring.look()
         self._before, self._number = 0, 0
-        self._looked_ns = time.monotonic_ns()
-        self._commands = RingWriter(folder / COMMANDS, MESSAGE_COLUMNS, COMMAND_SLOTS, {})
+        self._clock = host.clock
+        self._looked_ns = self._clock.monotonic_ns()
+        self._commands = RingWriter(
+            folder / COMMANDS, MESSAGE_COLUMNS, COMMAND_SLOTS, {}, host=host
+        )
         self.facts = MachineFacts(
             name="twin",
             version=shown.facts.told["version"],
@@ -168,7 +169,7 @@ class TwinMachine:
 
     def _look(self) -> bool:
         """Look for another twin, now and then; whether there is one."""
-        now_ns = time.monotonic_ns()
+        now_ns = self._clock.monotonic_ns()
         if now_ns - self._looked_ns < LOOK_NS:
             return False
         self._looked_ns = now_ns

@@ -10,7 +10,6 @@ second and more it plays a second.
 
 import json
 import math
-import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,7 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction import __version__
-from opensuction.ipc.deadline_scheduler import NS_PER_S, DeadlineScheduler, hardened
+from opensuction.host import this_computer
+from opensuction.host.host import NS_PER_S, Host, Steps
+from opensuction.host.this_computer import THIS_COMPUTER
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler
 from opensuction.ipc.liveness import ProcessLock
 from opensuction.ipc.ring import FollowedRing, RingWriter
 from opensuction.kernel.codegen import plain_row
@@ -102,7 +104,7 @@ class TwinPlayer(NamedTuple):
 
 
 @contextmanager
-def playing(folder: Path) -> Iterator[TwinPlayer]:
+def playing(folder: Path, host: Host = THIS_COMPUTER) -> Iterator[TwinPlayer]:
     """The twin of a folder, which nobody else plays meanwhile.
 
     Raises InputError where there is none to play, or somebody else does.
@@ -118,21 +120,21 @@ def playing(folder: Path) -> Iterator[TwinPlayer]:
         CAPABILITIES: json.dumps(capabilities(call)._asdict()),
     }
     with (
-        ProcessLock(folder / PLAYS, "a twin plays"),
-        RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told) as ring,
-        FaultyTwin(folder, call) as faults,
+        ProcessLock(folder / PLAYS, "a twin plays", host),
+        RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told, host=host) as ring,
+        FaultyTwin(folder, call, host) as faults,
     ):
         yield TwinPlayer(call, ring, faults)
 
 
-def serve(folder: Path) -> None:
+def steps(host: Host, folder: Path) -> Steps[None]:
     """Play until the process is told to end. Raises InputError where it cannot begin."""
-    ending: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
-    with playing(folder) as twin, hardened():
-        listener, pace = Listener(folder / COMMANDS), DeadlineScheduler(PERIOD_NS)
-        while not ending:
-            for _ in range(min(pace.wait(), CAUGHT_UP)):
+    with playing(folder, host) as twin, host.hardened():
+        listener = Listener(folder / COMMANDS)
+        pace = DeadlineScheduler(PERIOD_NS, host.clock.monotonic_ns())
+        while not host.terminations():
+            yield pace.due_ns
+            for _ in range(min(pace.begin(host.clock.monotonic_ns()), CAUGHT_UP)):
                 twin.step(listener.row, new=False)
             new = listener.hear()
             twin.step(listener.row, new)
@@ -159,7 +161,5 @@ def most_obeyed(call: MachineCall) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    try:
-        serve(Path(sys.argv[1]))
-    except InputError as problem:
-        sys.exit(f"opensuction: {problem}")
+    _folder = Path(sys.argv[1])
+    this_computer.run(lambda host: steps(host, _folder))

@@ -11,7 +11,6 @@ that begins in its place has its rest, so that nobody suctions sooner by startin
 
 import json
 import math
-import subprocess
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +19,7 @@ import numpy as np
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
+from opensuction.host.host import Child
 from opensuction.ipc.liveness import Heartbeat, Process, end_holder, holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel import private_file
@@ -139,7 +139,7 @@ class Running(NamedTuple):
     folder: Path
     prepared: Prepared
     about: About
-    twin: subprocess.Popen[bytes] | None
+    twin: Child | None
     """Process that plays it; None where an earlier run left it."""
     lost: Predecessor | None = None
     """The machine in whose place it has begun."""
