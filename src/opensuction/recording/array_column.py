@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
+from opensuction.recording.column_unit import seconds_in_name
 
 Array = NDArray[np.float64]
 
@@ -172,13 +173,13 @@ def read_numbers(
 ) -> NDArray[np.float64]:
     """One array as a row of doubles; dates and durations become seconds from the first.
 
-    Raises InputError for another shape, and for what are no finite numbers; missing ones are NaN
-    where they are allowed.
+    Those in a column whose name has a unit of time are in that unit. Raises InputError for another
+    shape, and for what are no finite numbers; missing ones are NaN where they are allowed.
     """
     check_shape(path, name, values.shape)
     row = values.reshape(-1)
     if row.dtype.kind in "Mm":
-        row = count_seconds(row)
+        row = count_seconds(row) / seconds_in_name(name)
     elif row.dtype.kind not in "biuf":
         raise InputError(f"{path}: {name!r} holds {row.dtype}, should hold numbers")
     numbers: NDArray[np.float64] = np.ascontiguousarray(row, dtype=np.float64)

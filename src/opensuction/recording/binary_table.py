@@ -31,6 +31,7 @@ from opensuction.recording.array_column import (
     read_numbers,
     write_shape,
 )
+from opensuction.recording.column_unit import seconds_in_name
 
 PARQUET_TABLE_MAGIC = b"PAR1"
 """How a Parquet file begins."""
@@ -88,9 +89,9 @@ def _read_numbers(path: Path, name: str, column: Any, allow_missing: bool) -> ND
     import pyarrow.compute
 
     kind = column.type
-    ticks = 1
+    ticks = 1.0
     if pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind):
-        ticks = PER_SECOND[kind.unit]
+        ticks = PER_SECOND[kind.unit] * seconds_in_name(name)
         column = column.cast(pyarrow.int64())
         if column.null_count < len(column):
             column = pyarrow.compute.subtract(column, column.drop_null()[0])
@@ -118,14 +119,26 @@ DAMAGED = (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, NotImple
 """What comes of an archive that is cut off, altered or packed in another way."""
 
 
-def is_archive(path: Path) -> bool:
-    """True for a zip archive of NumPy's: it holds arrays and nothing else."""
+def find_kind(path: Path) -> str:
+    """Kind of a zip archive: ``npz`` if it holds arrays and nothing else, ``xlsx`` a workbook.
+
+    Raises InputError for any other, with what would do.
+    """
     try:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
-    except DAMAGED:
-        return False
-    return bool(names) and all(name.endswith(SUFFIX) for name in names)
+            kept = archive.read("mimetype") if "mimetype" in names else b""
+    except (*DAMAGED, RuntimeError):  # raised for a password
+        raise InputError(
+            f"{path}: is a zip archive or a spreadsheet, damaged or incomplete; save it again"
+        ) from None
+    if names and all(name.endswith(SUFFIX) for name in names):
+        return "npz"
+    if "xl/workbook.xml" in names:
+        return "xlsx"
+    if b"opendocument" in kept or "xl/workbook.bin" in names:
+        raise InputError(f"{path}: is a spreadsheet; save it as .xlsx, or export the sheet as CSV")
+    raise InputError(f"{path}: is a zip archive; unpack it first, and give the file in it")
 
 
 def read_names_npz_table(path: Path) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ SECONDS: Final = {
 """Units of time that a column may be in."""
 
 _SPELLINGS: Final = {
-    "": "- 1 UTC GMT",
+    "": "- 1 UTC GMT hms h:m:s hh:mm:ss hh:mm:ss.f hh:mm:ss.fff hh:mm:ss.sss hh:mm:ss.000",
     "nm": "nanometre nanometres nanometer nanometers",
     "um": "µm micron microns micrometre micrometres micrometer micrometers",
     "mm": "millimetre millimetres millimeter millimeters",
@@ -92,7 +92,7 @@ _SPELLINGS: Final = {
     "h": "hr hrs hour hours",
     "d": "day days",
 }
-"""How units are spelled, by their symbol; "" is that of a number alone."""
+"""How units are spelled, by their symbol; "" is that of a number alone, and of a time of day."""
 
 _EXACT: Final = {
     spelling: symbol for symbol, more in _SPELLINGS.items() for spelling in (symbol, *more.split())
@@ -235,3 +235,14 @@ def seconds_of_column(name: str, given: str | None, option: str = "--time-unit")
         what = "no known unit" if unit is None else f"in {unit}, no unit of time"
         raise InputError(f"--time '{name}': is {what}; give {option} ({known})")
     return SECONDS[unit]
+
+
+def seconds_in_name(name: str) -> float:
+    """Seconds in the unit of time that a name ends in; 1 where it ends in none.
+
+    Dates are read as the column's name says, so that `seconds_of_column` finds them in its unit.
+
+    >>> seconds_in_name("stamp_ms"), seconds_in_name("stamp"), seconds_in_name("t (hh:mm:ss)")
+    (0.001, 1.0, 1.0)
+    """
+    return SECONDS.get(unit_of_column(f"time {name}") or "s", 1.0)
