@@ -180,8 +180,8 @@ def test_unclear_layouts_are_refused_with_a_remedy(file: Path, case: str) -> Non
 def test_a_cut_off_line_is_not_put_down_to_the_header(file: Path) -> None:
     for last in ("2,3", "2", "2,up,3,4"):
         file.write_text(f"t,note,h\n0,up,1\n1,down,2\n{last}\n")
-        cells = last.count(",") + 1
-        expected = f"line 4: {cells} cells, the header has 3; complete or remove the line"
+        cells = f"{last.count(',') + 1} cell{'s' if ',' in last else ''}"
+        expected = f"line 4: {cells}, the header has 3; complete or remove the line"
         assert refusal(file, "t", "h") == expected
 
 

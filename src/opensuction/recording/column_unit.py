@@ -42,6 +42,7 @@ _SPELLINGS: Final = {
     "pulses": "",
     "px": "pixel pixels",
     "N": "newton newtons",
+    "uN": "µN",
     "mN": "",
     "kN": "",
     "lb": "lbs",
@@ -118,9 +119,9 @@ _QUANTITIES: Final = {
 _LETTERS: Final = {symbol.lower(): symbol for symbol in _QUANTITIES}
 
 _NO_UNIT_AT_END: Final = frozenset(
-    ("amp", "bar", "count", "ft", "ma", "mn", "nm", "rev", "turn", "turns")
+    ("amp", "bar", "count", "ft", "ma", "mn", "nm", "rev", "turn", "turns", "un")
 )
-"""More often a word: amplitude, mean, number, filter, moving average, reverse, a turn."""
+"""More often a word: amplitude, mean, number, filter, moving average, reverse, a turn, un-."""
 
 _BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
 _POWER = re.compile(r"(?:\^|\*\*)?([23])$")
@@ -191,6 +192,9 @@ def unit_of_column(name: str) -> str | None:
 
 def _unit_at_end(name: str) -> str:
     """The unit behind the last underscore, space or stroke of a name; "" where there is none."""
+    _, stated, last = name.rpartition(" in ")
+    if stated and (unit := find_unit(last)):
+        return unit
     about, stroke, last = name.rpartition("/")
     if stroke and len(last.strip()) > 1 and (unit := find_unit(last)):
         return unit

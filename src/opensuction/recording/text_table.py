@@ -152,9 +152,10 @@ def _rows(
         elif number > begin:
             raise InputError(f"{path}: line {begin}: {text_layout.UNCLOSED}")
         else:
+            cells = f"{len(row)} cell{'s' if len(row) > 1 else ''}"
             raise InputError(
-                f"{path}: line {number}: {len(row)} cells, the header has {width}; complete or "
-                "remove the line"
+                f"{path}: line {number}: {cells}, the header has {width}; complete or remove the "
+                "line"
             )
 
 
@@ -199,16 +200,7 @@ class _Parser:
             return self._read_instant(number, place, cell)
         if not self._is_sure:
             self._look(number, place, cell)
-        text = cell
-        if self._decimal == ",":
-            text = "?" if "." in cell else cell.replace(",", ".")
-        try:
-            value = float(text)
-        except ValueError:
-            if _FORTRAN.fullmatch(text.strip()):
-                value = float(text.lower().replace("d", "e"))
-            else:
-                value = self._read_grouped(cell)
+        value = self._read_number(cell)
         if math.isfinite(value) and "_" not in cell:
             return value
         if text_layout.is_missing(cell):
@@ -219,6 +211,18 @@ class _Parser:
         if math.isinf(value) or "1.#INF" in shown.upper():
             raise InputError(f"{where}: {shown!r} is not finite; correct or remove the line")
         raise InputError(f"{where}: {shown[:SHOWN]!r} is not a number{self._advise(shown)}")
+
+    def _read_number(self, cell: str) -> float:
+        """The number in a cell, finite or not; NaN where it is none."""
+        text = cell
+        if self._decimal == ",":
+            text = "?" if "." in cell else cell.replace(",", ".")
+        try:
+            return float(text)
+        except ValueError:
+            if _FORTRAN.fullmatch(text.strip()):
+                return float(text.lower().replace("d", "e"))
+            return self._read_grouped(cell)
 
     def _miss(self, number: int, place: int, cell: str) -> float:
         self._missing = self._missing or _Missing(number, place, cell.strip())
