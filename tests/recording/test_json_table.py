@@ -2,13 +2,20 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from opensuction.kernel.errors import InputError
 from opensuction.recording import json_table, table
 from tests.recording.test_table import EXPECTED, read, refusal
 
+CELLS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3)
+KEYS = st.sampled_from(["t", "x", "data", "columns", "1", ""])
 FRAME = pandas.DataFrame(EXPECTED)
 
 
@@ -124,3 +131,31 @@ def test_other_encodings_and_too_large_files_are_refused(
     assert refusal(file) == "is JSON and not UTF-8; save it as UTF-8"
     monkeypatch.setattr(json_table, "LARGEST_BYTES", 10)
     assert "above the limit of 1 MB for JSON; save it as CSV or Parquet" in refusal(file)
+
+
+@given(content=st.text('[]{}":,01.-entaulx \n', max_size=60))
+def test_any_content_gives_numbers_or_one_line(
+    tmp_path_factory: pytest.TempPathFactory, content: str
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "any.json"
+    file.write_text("[" + content)
+    try:
+        columns = read(file)
+    except InputError as error:
+        assert len(str(error).splitlines()) == 1
+    else:
+        assert all(np.isfinite(values).all() for values in columns.values())
+
+
+@given(found=st.recursive(CELLS, lambda inner: st.lists(inner) | st.dictionaries(KEYS, inner)))
+def test_any_json_gives_numbers_or_one_line(
+    tmp_path_factory: pytest.TempPathFactory, found: Any
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "some.json"
+    file.write_text(json.dumps([found, found]))
+    try:
+        columns = read(file)
+    except InputError as error:
+        assert len(str(error).splitlines()) == 1
+    else:
+        assert all(np.isfinite(values).all() for values in columns.values())

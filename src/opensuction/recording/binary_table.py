@@ -1,7 +1,8 @@
 """MATLAB files: variables that are rows or columns of numbers, each a column of the recording.
 
+A matrix gives its columns by MATLAB's own names, ``x(:,1)``, or its rows where these are longer.
 Versions 5 to 7 are read by SciPy, version 7.3, which is HDF5, by h5py, an optional part:
-``opensuction[matlab]``. Structures, cells, tables and matrices are refused with what would do.
+``opensuction[matlab]``. Structures, cells and tables are refused with what would do.
 
 NumPy archives (``.npz``): named arrays, each a column. Pickled objects are never loaded.
 
@@ -13,8 +14,9 @@ date or a duration become seconds.
 
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -189,6 +191,8 @@ NUMERIC = frozenset(
     )
 )
 """Classes of variables whose values are numbers."""
+MOST_PARTS = 100
+"""Columns of a matrix that holds signals; one with more is a picture or a table of another kind."""
 
 
 class _Variable(NamedTuple):
@@ -198,6 +202,30 @@ class _Variable(NamedTuple):
     shape: tuple[int, ...]
     kind: str
     """MATLAB's class."""
+
+
+def _name_parts(one: _Variable) -> list[str]:
+    """Names of what is read of a variable: of itself, or of a matrix the columns or the rows."""
+    if one.kind not in NUMERIC or len(one.shape) != 2 or is_row(one.shape):
+        return [one.name]
+    rows, columns = one.shape
+    if rows == columns or min(one.shape) > MOST_PARTS:
+        return [one.name]
+    places = range(1, min(one.shape) + 1)
+    return [f"{one.name}(:,{at})" if rows > columns else f"{one.name}({at},:)" for at in places]
+
+
+def _read_part(
+    path: Path, name: str, variables: Sequence[_Variable], load: Callable[[str], NDArray[Any]]
+) -> NDArray[Any]:
+    """Values of a variable, or of a part of it, as `_name_parts` calls it; raises InputError."""
+    for one in variables:
+        parts = _name_parts(one)
+        if name in parts and len(parts) > 1:
+            values, place = load(one.name), parts.index(name)
+            return values[:, place] if one.shape[0] > one.shape[1] else values[place]
+    _check(path, name, variables)
+    return load(name)
 
 
 def _remedy(path: Path) -> str:
@@ -224,10 +252,14 @@ def _list(variables: Sequence[_Variable]) -> str:
 
 def _names(path: Path, variables: Sequence[_Variable]) -> tuple[str, ...]:
     """Names of all variables. Raises InputError where none is a row of numbers."""
-    if not any(one.kind in NUMERIC and is_row(one.shape) for one in variables):
+    parts = [_name_parts(one) for one in variables]
+    if not any(
+        len(names) > 1 or (one.kind in NUMERIC and is_row(one.shape))
+        for names, one in zip(parts, variables, strict=True)
+    ):
         held = f"holds {_list(variables)}" if variables else "holds no variables"
         raise InputError(f"{path}: {held}, no row or column of numbers; {_remedy(path)}")
-    return tuple(one.name for one in variables)
+    return tuple(name for names in parts for name in names)
 
 
 def _check(path: Path, name: str, variables: Sequence[_Variable]) -> None:
@@ -260,11 +292,15 @@ def read_columns(
     from scipy.io import loadmat
 
     variables = _variables_5(path)
-    for name in wanted:
-        _check(path, name, variables)
+
+    @cache
+    def load(name: str) -> NDArray[Any]:
+        values: NDArray[Any] = loadmat(path, variable_names=[name])[name]
+        return values
+
     with _whole(path):
-        found = loadmat(path, variable_names=list(wanted))
-        return {name: read_numbers(path, name, found[name], allow_missing) for name in wanted}
+        parts = {name: _read_part(path, name, variables, load) for name in wanted}
+        return {name: read_numbers(path, name, row, allow_missing) for name, row in parts.items()}
 
 
 @contextmanager
@@ -312,6 +348,11 @@ def read_columns_73(
     """As `read_columns`, of a file of version 7.3."""
     with _open_73(path) as file:
         variables = _variables_73(file)
-        for name in wanted:
-            _check(path, name, variables)
-        return {name: read_numbers(path, name, file[name][()], allow_missing) for name in wanted}
+
+        @cache
+        def load(name: str) -> NDArray[Any]:
+            values: NDArray[Any] = file[name][()].T
+            return values
+
+        parts = {name: _read_part(path, name, variables, load) for name in wanted}
+        return {name: read_numbers(path, name, row, allow_missing) for name, row in parts.items()}

@@ -72,7 +72,9 @@ def read_table(path: Path) -> JsonTable:
             note = f"its columns are read from {key!r}"
     if not columns:
         raise InputError(f"{path}: is JSON without a table of numbers; {REMEDY}")
-    return JsonTable(name_columns([*columns], len(columns)), tuple(columns.values()), note)
+    # Half of a letter of UTF-16 can be written in JSON, and nowhere else.
+    names = [key.encode(errors="replace").decode() for key in columns]
+    return JsonTable(name_columns(names, len(names)), tuple(columns.values()), note)
 
 
 def read_columns(
@@ -124,7 +126,8 @@ def _find_columns(found: Any) -> Columns | None:
         named = all(isinstance(cell, str) for cell in found[0])
         columns = _join_rows(found[0] if named else [], found[named:])
     elif isinstance(found, dict) and found.keys() >= SPLIT and _is_list_of(list, found["data"]):
-        columns = _join_rows([*map(str, found["columns"])], found["data"])
+        names = found["columns"] if isinstance(found["columns"], list) else []
+        columns = _join_rows([*map(str, names)], found["data"])
     elif isinstance(found, dict):
         columns = {key: cells for key, cells in found.items() if _is_list_of_cells(cells)}
         if not columns and _are_indexed([*found.values()]):
