@@ -33,8 +33,18 @@ class Pair(NamedTuple):
     """Further quantities that drive."""
 
 
+LATEST_S = 1e11
+"""Beyond the year 5000, counted from 1970: such a time is in ms or less."""
+
+
 def check_time(name: str, time_s: Array) -> None:
-    """Refuse a time that does not rise; raises InputError with the row."""
+    """Refuse a time that does not rise, or is in no seconds; raises InputError with the row."""
+    late = np.flatnonzero(np.abs(time_s) > LATEST_S)
+    if late.size:
+        raise InputError(
+            f"column {name!r}: sample {late[0] + 1} is at {time_s[late[0]]:g} s, more than any "
+            "clock counts; if it is in another unit, give it by --time-unit, such as ms"
+        )
     steps = np.diff(time_s)
     bad = np.flatnonzero(~(steps > 0.0))
     if not bad.size:
