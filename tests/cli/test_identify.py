@@ -352,7 +352,7 @@ FIRST_TRIES = {
         ("--input", "displacement", "--output", "friction_force"),
         "add --negate-output",
     ),
-    "mr_ensaio1.mat": (("--input", "x_F", "--output", "f"), "save each column under a name"),
+    "mr_ensaio1.mat": (("--input", "x_F", "--output", "f"), "did you mean 'x_F(:,1)'"),
     "servo_comp2.csv": (
         ("--input", "target pos (1)", "--output", "pos (1)"),
         "(in 1 of 402 rows); fill it in, or leave such rows out with --skip-missing",

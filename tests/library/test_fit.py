@@ -2,6 +2,7 @@
 
 import functools
 import json
+import pickle
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -98,6 +99,13 @@ def test_residuals_and_score_are_of_the_output_as_it_was_given() -> None:
     assert fit.score(x, y + 50.0) < 1.0 - 50.0**2 / np.var(y) + 0.1
     assert "does not move" in refusal(lambda: fit.score(x, np.ones(x.size)))
     assert f"x has {x.size} samples, y has 3" in refusal(lambda: fit.score(x, [1.0, 2.0, 3.0]))
+
+
+def test_a_fit_that_has_predicted_is_pickled(fit: osn.Fit) -> None:
+    predicted = fit.predict(X)
+    again = pickle.loads(pickle.dumps(fit))
+    assert np.array_equal(again.predict(X), predicted)
+    assert again.summary == fit.summary
 
 
 def test_a_loaded_fit_has_no_residuals(fit: osn.Fit, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from opensuction.recording import table
 from tests.recording.test_table import read, refusal
 
 
@@ -60,13 +61,31 @@ def test_a_structure_is_refused_with_what_there_is_and_what_would_do(file: Path)
 
 
 def test_a_structure_beside_numbers_is_refused_when_it_is_asked_for(file: Path) -> None:
-    savemat(file, {"data": {"x": [1.0, 2.0]}, "t": [0.0, 1.0], "m": np.zeros((3, 2)), "s": "text"})
+    savemat(file, {"data": {"x": [1.0, 2.0]}, "t": [0.0, 1.0], "s": "text"})
     assert read(file, "t") == {"t": [0.0, 1.0]}
     assert "'data' is a struct of 1 x 1, should be a row or column of numbers" in refusal(
         file, "data"
     )
     assert "'s' is a char" in refusal(file, "s")
-    assert "'m' is 3 x 2, should be one row or column" in refusal(file, "m")
+
+
+MATRIX = np.array([[0.0, 1.5], [0.5, -2.0], [1.0, 3.0]])
+
+
+def test_a_matrix_gives_its_columns_or_its_rows_where_these_are_longer(file: Path) -> None:
+    savemat(file, {"m": MATRIX, "n": MATRIX.T})
+    columns, rows = ("m(:,1)", "m(:,2)"), ("n(1,:)", "n(2,:)")
+    assert table.open_table(file).names == columns + rows
+    assert read(file) == dict(zip(columns + rows, [*MATRIX.T.tolist()] * 2, strict=True))
+    written_73(file, m=("double", MATRIX.T))
+    assert read(file) == dict(zip(columns, MATRIX.T.tolist(), strict=True))
+
+
+def test_a_square_and_a_picture_have_no_signals(file: Path) -> None:
+    savemat(file, {"t": [0.0, 1.0], "s": np.eye(3), "p": np.zeros((300, 200))})
+    assert table.open_table(file).names == ("t", "s", "p")
+    assert "'s' is 3 x 3, should be one row or column" in refusal(file, "s")
+    assert "'p' is 300 x 200, should be one row or column" in refusal(file, "p")
 
 
 def test_structures_of_version_7_3_are_refused_likewise(file: Path) -> None:

@@ -16,6 +16,13 @@ def test_time_must_rise() -> None:
         array_column.check_time("t_s", np.array([0.0, 0.0, 1.0, 1.0]))
 
 
+def test_a_time_that_is_no_number_of_seconds_is_refused() -> None:
+    epoch_ms = 1764000000000.0 + RAMP
+    with pytest.raises(InputError, match=r"sample 1 is at 1.764e\+12 s.* give it by --time-unit"):
+        array_column.check_time("time", epoch_ms)
+    array_column.check_time("time", epoch_ms / 1000.0)
+
+
 def test_a_span_keeps_both_of_its_ends() -> None:
     inside = array_column.cut(Pair(RAMP, 2.0 * RAMP, 0.5 * RAMP), 1.0, 2.0)
     assert inside.time_s is not None

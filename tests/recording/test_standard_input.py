@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 
 from opensuction.kernel.errors import InputError
@@ -46,8 +47,34 @@ def test_a_table_is_identified_and_called_by_what_it_is(tmp_path: Path) -> None:
     assert [one.name for one in tmp_path.iterdir()] == ["found"]
 
 
+def workbook() -> bytes:
+    content = io.BytesIO()
+    names = ["head_mm", "tip_mm"]
+    pandas.DataFrame(np.column_stack(bench(200)), columns=names).to_excel(content, index=False)
+    return content.getvalue()
+
+
+@pytest.mark.parametrize("kind", ["JSON", "Excel", "UTF-16"])
+def test_other_formats_are_read_from_standard_input_too(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    head, tip = (column.tolist() for column in bench(200))
+    contents = {
+        "JSON": json.dumps({"head_mm": head, "tip_mm": tip}).encode(),
+        "Excel": workbook(),
+        "UTF-16": text("utf-16"),
+    }
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(contents[kind])))
+    with table.spool() as file:
+        columns, _ = table.read_columns(table.open_table(file), ["head_mm", "tip_mm"])
+    assert columns["head_mm"] == pytest.approx(head, rel=1e-14)  # a workbook has 15 digits
+    assert columns["tip_mm"] == pytest.approx(tip, rel=1e-14)
+
+
 REFUSED = {
     "nothing": (b"", "standard input: is empty"),
+    "cut off JSON": (b'[{"head_mm": 1,', "standard input: line 1: is damaged or incomplete JSON"),
+    "gzip": (b"\x1f\x8b\x08", "standard input: is compressed (gzip); unpack it first, or pipe"),
     "binary": (b"MZ\0\0", "standard input: is a binary file"),
     "no such column": (b"head_mm,b\n1,2\n", "unknown column in standard input: 'tip_mm'"),
     "text in a cell": (b"head_mm,tip_mm\n1,2\n3,x\n", "standard input: line 3, column 'tip_mm'"),

@@ -119,9 +119,10 @@ def test_line_numbers_count_comments_and_empty_lines(file: Path) -> None:
 FOREIGN = {
     "empty": (b"", "is empty"),
     "binary": (b"MZ\x90\0\3\0\0\0", "is a binary file"),
-    "spreadsheet": (b"PK\x03\x04rest", "export the sheet as CSV"),
+    "damaged spreadsheet": (b"PK\x03\x04rest", "a zip archive or a spreadsheet, damaged"),
     "gzip": (b"\x1f\x8b\x08rest", "unpack it first"),
-    "UTF-16": ("a,b\n1,2\n".encode("utf-16"), "save it as UTF-8"),
+    "damaged UTF-16": ("a,b\n1,2\n".encode("utf-16")[:-1], "damaged UTF-16 text; save it as"),
+    "UTF-32": ("a,b\n1,2\n".encode("utf-32"), "save it as UTF-8"),
     "no text of the west": (b"a,b\n1,2\n\x81\x8d,3\n", "line 3: neither UTF-8 nor Windows-1252"),
     "NumPy array": (b"\x93NUMPY\x01\0v\0", "save named ones with numpy.savez"),
     "HDF5": (b"\x89HDF\r\n\x1a\n", "an HDF5 file that MATLAB did not write"),

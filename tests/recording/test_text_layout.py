@@ -9,6 +9,7 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording import table
+from opensuction.recording.column_unit import seconds_of_column
 from tests.recording.test_table import EXPECTED, LAYOUTS, read, refusal
 
 
@@ -40,6 +41,11 @@ CLEAR = {
     "blanks in columns": "   t_s   head_mm\n   0.0       1.5\n   0.5      -2.0\n",
     "blanks and decimal commas": "t_s head_mm\n0 1,5\n0,5 -2\n",
     "blanks and quotes": '"t_s" "head_mm"\n0 1.5\n0.5 -2\n',
+    "strokes": "t_s|head_mm\n0|1.5\n0.5|-2\n",
+    "exponents of Fortran": " t_s head_mm\n 0.0D+00 1.5D+00\n 5.0d-1 -0.2D1\n",
+    "a minus as it is printed": "t_s;head_mm\n0;1,5\n0,5;\u22122\n",
+    "header behind #, first name empty": "#,t_s,head_mm\n1,0,1.5\n2,0.5,-2\n",
+    "header behind # with commas, rows with blanks": "# t_s, head_mm\n0.0 1.5\n0.5 -2\n",
     "a cell of 200 kB": f"t_s,note,head_mm\n0,{'a' * 200_000},1.5\n0.5,b,-2\n",
 }
 
@@ -94,6 +100,8 @@ UNITS = {
     "some without": ("n,Disp\n-,mm\n", {"n": "n", "Disp": "Disp (mm)"}),
     "compound": ("v,a\nmm/s,m/s^2\n", {"v": "v (mm/s)", "a": "a (m/s^2)"}),
     "twice": ("Force (N),disp_mm\nN,mm\n", {"Force (N)": "Force (N)", "disp_mm": "disp_mm"}),
+    "in comments": ("# t head\n# ms mm\n", {"t": "t (ms)", "head": "head (mm)"}),
+    "below numbered channels": ("x,1\nsecond,Volt\n", {"x": "x (second)", "1": "1 (Volt)"}),
     "below a preamble": ("Bench\nt,Head\nms,mm\n", {"t": "t (ms)", "Head": "Head (mm)"}),
 }
 
@@ -145,6 +153,10 @@ UNCLEAR = {
         "t\thead\tturns\n0\t1\n1\t2\n",
         "line 2: 2 cells, the header has 3; remove the names that have no column",
     ),
+    "values beside the samples": (
+        "Record Length,2.5e+03,,-0.02,0.1\nInterval,4e-06,,-0.01,0.2\nPoints,s,,0.0,0.3\n",
+        "line 1 has text and numbers side by side, such as '2.5e+03', so it may be the header or",
+    ),
     "open quote": ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quote begins that is not closed"),
     "open quote in the header": ('"a,b\n1,2\n3,4\n', "line 1: a quote begins that is not closed"),
     "a named cell of 200 kB": (f"a,b\n1,{'x' * 200_000}\n", "line 2, column 'b': 'xxxx"),
@@ -168,8 +180,8 @@ def test_unclear_layouts_are_refused_with_a_remedy(file: Path, case: str) -> Non
 def test_a_cut_off_line_is_not_put_down_to_the_header(file: Path) -> None:
     for last in ("2,3", "2", "2,up,3,4"):
         file.write_text(f"t,note,h\n0,up,1\n1,down,2\n{last}\n")
-        cells = last.count(",") + 1
-        expected = f"line 4: {cells} cells, the header has 3; complete or remove the line"
+        cells = f"{last.count(',') + 1} cell{'s' if ',' in last else ''}"
+        expected = f"line 4: {cells}, the header has 3; complete or remove the line"
         assert refusal(file, "t", "h") == expected
 
 
@@ -179,9 +191,6 @@ FOREIGN = {
         "is a Git LFS pointer that stands for the file; get the file itself with 'git lfs pull'",
     ),
     "git-annex": ("/annex/objects/SHA256E-s9--4d7a.csv\n", "'git annex get'"),
-    "JSON records": ('[{"t": 0, "x": 1},\n {"t": 1, "x": 2}]', "is JSON, no table"),
-    "JSON lines": ('{"t": 0, "x": 1}\n{"t": 1, "x": 2}\n', "save its records as CSV"),
-    "JSON rows": ("\ufeff[\n  [0, 1],\n  [1, 2]\n]", "is JSON, no table"),
     "web page": ("\n<!DOCTYPE html>\n<html><body>", "is a web page; download the file"),
     "XML": ('<?xml version="1.0"?>\n<data/>', "is XML; export the columns as CSV"),
     "PDF": ("%PDF-1.7\n1 0 obj\n", "is a PDF document"),
@@ -196,6 +205,8 @@ def test_text_that_is_no_table_is_named(file: Path, case: str) -> None:
 
 
 MISSING = {
+    "dashes": "t_s,head_mm\n0,\n0.25,--\n0.5,1\n0.75,2\n",
+    "Windows": "t_s,head_mm\n0,\n0.25,-1.#IND\n0.5,1\n0.75,2\n",
     "text": "t_s,head_mm\n0,\n0.25,nan\n0.5,1\n0.75,2\n",
     "decimal commas": "t_s;head_mm\n0;\n0,25;NA\n0,5;1\n0,75;2,0\n",
     "blanks and quotes": 't_s head_mm\n0 ""\n0.25 null\n0.5 1\n0.75 2\n',
@@ -264,6 +275,11 @@ INSTANTS = {
     "2026-01-31 12:00:00Z,2026-01-31 13:00:00.5+01:00": 0.5,
     "2026/01/31 23:59:59.999,2026/02/01 00:00:00.001": 0.002,
     "2026-01-31T12:00,2026-01-31T12:01": 60.0,
+    "31.01.2026 23:59:59.999,1.2.2026 0:00:00.001": 0.002,
+    "31.01.2026 12:00,31.01.2026 12:01": 60.0,
+    "12:00:59.75,12:01:00": 0.25,
+    "9:59:59,10:00:00.5": 1.5,
+    "99:59:59,100:00:00": 1.0,
 }
 
 
@@ -285,11 +301,12 @@ def test_a_date_with_its_time_is_utc_where_it_names_no_zone(file: Path) -> None:
 @pytest.mark.parametrize(
     ("cells", "said"),
     [
-        (["31.01.2026 12:00:00"], "write times in seconds, or with their date, as in 2026-01-31"),
-        (["12:00:00.5"], "write times in seconds, or with their date, as in 2026-01-31"),
+        (["31/01/2026 12:00:00"], "write times in seconds, or with their date, as in 2026-01-31"),
+        (["12:00"], "write times in seconds, or with their date, as in 2026-01-31"),
         (["2026-01-31"], "write times in seconds, or with their date, as in 2026-01-31"),
         (["2026-01-31 12:00", "5"], "'5' is no date with its time, as the first one is"),
         (["2026-01-31 12:00", "2026-02-30 12:00"], "'2026-02-30 12:00' is no date with its time"),
+        (["12:00:00.5", "12:61:00"], "'12:61:00' is no date with its time, as the first one is"),
         (["5", "2026-01-31 12:00"], "'2026-01-31 12:00' is not a number; write times in seconds"),
     ],
 )
@@ -298,6 +315,16 @@ def test_other_times_are_refused_with_what_would_do(
 ) -> None:
     file.write_text("stamp;head_mm\n" + "".join(f"{cell};1\n" for cell in cells))
     assert said in refusal(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit_s"), [("stamp", 1.0), ("stamp_ms", 1e-3), ("stamp (hh:mm:ss)", 1.0)]
+)
+def test_dates_are_in_the_unit_that_their_name_says(file: Path, name: str, unit_s: float) -> None:
+    file.write_text(f"{name},head\n2026-01-31 12:00:00,1\n2026-01-31 12:00:30,2\n")
+    began, ended = read(file)[name]
+    assert (ended - began) * seconds_of_column(name, None) == 30.0
+    assert seconds_of_column(name, None) == unit_s
 
 
 def test_a_missing_date_leaves_its_row_out(file: Path) -> None:

@@ -14,7 +14,7 @@ PINNED = re.compile(r"^([a-z0-9][a-z0-9._-]*)==([^\s;\\]+)", re.MULTILINE)
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 GITHUB = re.compile(r"^([\w.-]+/[\w.-]+)#(\d+)$")
 ADVISORY = re.compile(r"^GHSA(?:-[0-9a-z]{4}){3}$")
-EXTRAS = ("genetic", "matlab", "parquet", "postgresql")
+EXTRAS = ("genetic", "matlab", "parquet", "postgresql", "sklearn")
 """Extras that a user may install; `dev` is for those who change the code."""
 
 

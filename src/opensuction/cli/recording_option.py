@@ -26,7 +26,7 @@ def take_name(words: str, names: Sequence[str], metavar: str = "NAME") -> Any:
 RECORDING_OPTIONS: dict[str, Any] = {
     "file": typer.Argument(
         metavar="FILE",
-        help="The recording: CSV, Parquet, .npz or .mat; - is standard input.",
+        help="The recording: CSV, JSON, .xlsx, Parquet, .npz or .mat; - is standard input.",
         show_default=False,
     ),
     "input": typer.Option(

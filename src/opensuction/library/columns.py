@@ -216,7 +216,7 @@ class Table(dict[str, Array]):
 
 
 def read(path: str | PathLike[str], *names: str, skip_missing: bool = False) -> Table:
-    """Columns of a recording by name: of CSV, Parquet, NumPy's ``.npz`` or MATLAB's ``.mat``.
+    """Columns of a recording by name: of CSV, JSON, Excel, Parquet, NumPy's or MATLAB's files.
 
     names: of the columns that are wanted; none: all of them. skip_missing: rows in which one of
     them has no number are left out instead of refused. Raises InputError for what is no such file,

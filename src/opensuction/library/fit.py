@@ -3,7 +3,7 @@
 import os
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from html import escape
 from os import PathLike
@@ -81,6 +81,10 @@ class Fit:
     """What its figures are read from."""
     recording: Fitted | None = None
     """None for a file that was loaded: it has no samples in it."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone, for pickles: what is derived from them holds functions."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def summary(self) -> Json:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
+from opensuction.recording.column_unit import seconds_in_name
 
 Array = NDArray[np.float64]
 
@@ -32,8 +33,18 @@ class Pair(NamedTuple):
     """Further quantities that drive."""
 
 
+LATEST_S = 1e11
+"""Beyond the year 5000, counted from 1970: such a time is in ms or less."""
+
+
 def check_time(name: str, time_s: Array) -> None:
-    """Refuse a time that does not rise; raises InputError with the row."""
+    """Refuse a time that does not rise, or is in no seconds; raises InputError with the row."""
+    late = np.flatnonzero(np.abs(time_s) > LATEST_S)
+    if late.size:
+        raise InputError(
+            f"column {name!r}: sample {late[0] + 1} is at {time_s[late[0]]:g} s, more than any "
+            "clock counts; if it is in another unit, give it by --time-unit, such as ms"
+        )
     steps = np.diff(time_s)
     bad = np.flatnonzero(~(steps > 0.0))
     if not bad.size:
@@ -172,13 +183,13 @@ def read_numbers(
 ) -> NDArray[np.float64]:
     """One array as a row of doubles; dates and durations become seconds from the first.
 
-    Raises InputError for another shape, and for what are no finite numbers; missing ones are NaN
-    where they are allowed.
+    Those in a column whose name has a unit of time are in that unit. Raises InputError for another
+    shape, and for what are no finite numbers; missing ones are NaN where they are allowed.
     """
     check_shape(path, name, values.shape)
     row = values.reshape(-1)
     if row.dtype.kind in "Mm":
-        row = count_seconds(row)
+        row = count_seconds(row) / seconds_in_name(name)
     elif row.dtype.kind not in "biuf":
         raise InputError(f"{path}: {name!r} holds {row.dtype}, should hold numbers")
     numbers: NDArray[np.float64] = np.ascontiguousarray(row, dtype=np.float64)

@@ -1,7 +1,8 @@
 """MATLAB files: variables that are rows or columns of numbers, each a column of the recording.
 
+A matrix gives its columns by MATLAB's own names, ``x(:,1)``, or its rows where these are longer.
 Versions 5 to 7 are read by SciPy, version 7.3, which is HDF5, by h5py, an optional part:
-``opensuction[matlab]``. Structures, cells, tables and matrices are refused with what would do.
+``opensuction[matlab]``. Structures, cells and tables are refused with what would do.
 
 NumPy archives (``.npz``): named arrays, each a column. Pickled objects are never loaded.
 
@@ -13,8 +14,9 @@ date or a duration become seconds.
 
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +33,7 @@ from opensuction.recording.array_column import (
     read_numbers,
     write_shape,
 )
+from opensuction.recording.column_unit import seconds_in_name
 
 PARQUET_TABLE_MAGIC = b"PAR1"
 """How a Parquet file begins."""
@@ -88,9 +91,9 @@ def _read_numbers(path: Path, name: str, column: Any, allow_missing: bool) -> ND
     import pyarrow.compute
 
     kind = column.type
-    ticks = 1
+    ticks = 1.0
     if pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind):
-        ticks = PER_SECOND[kind.unit]
+        ticks = PER_SECOND[kind.unit] * seconds_in_name(name)
         column = column.cast(pyarrow.int64())
         if column.null_count < len(column):
             column = pyarrow.compute.subtract(column, column.drop_null()[0])
@@ -118,14 +121,26 @@ DAMAGED = (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, NotImple
 """What comes of an archive that is cut off, altered or packed in another way."""
 
 
-def is_archive(path: Path) -> bool:
-    """True for a zip archive of NumPy's: it holds arrays and nothing else."""
+def find_kind(path: Path) -> str:
+    """Kind of a zip archive: ``npz`` if it holds arrays and nothing else, ``xlsx`` a workbook.
+
+    Raises InputError for any other, with what would do.
+    """
     try:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
-    except DAMAGED:
-        return False
-    return bool(names) and all(name.endswith(SUFFIX) for name in names)
+            kept = archive.read("mimetype") if "mimetype" in names else b""
+    except (*DAMAGED, RuntimeError):  # raised for a password
+        raise InputError(
+            f"{path}: is a zip archive or a spreadsheet, damaged or incomplete; save it again"
+        ) from None
+    if names and all(name.endswith(SUFFIX) for name in names):
+        return "npz"
+    if "xl/workbook.xml" in names:
+        return "xlsx"
+    if b"opendocument" in kept or "xl/workbook.bin" in names:
+        raise InputError(f"{path}: is a spreadsheet; save it as .xlsx, or export the sheet as CSV")
+    raise InputError(f"{path}: is a zip archive; unpack it first, and give the file in it")
 
 
 def read_names_npz_table(path: Path) -> tuple[str, ...]:
@@ -176,6 +191,8 @@ NUMERIC = frozenset(
     )
 )
 """Classes of variables whose values are numbers."""
+MOST_PARTS = 100
+"""Columns of a matrix that holds signals; one with more is a picture or a table of another kind."""
 
 
 class _Variable(NamedTuple):
@@ -185,6 +202,30 @@ class _Variable(NamedTuple):
     shape: tuple[int, ...]
     kind: str
     """MATLAB's class."""
+
+
+def _name_parts(one: _Variable) -> list[str]:
+    """Names of what is read of a variable: of itself, or of a matrix the columns or the rows."""
+    if one.kind not in NUMERIC or len(one.shape) != 2 or is_row(one.shape):
+        return [one.name]
+    rows, columns = one.shape
+    if rows == columns or min(one.shape) > MOST_PARTS:
+        return [one.name]
+    places = range(1, min(one.shape) + 1)
+    return [f"{one.name}(:,{at})" if rows > columns else f"{one.name}({at},:)" for at in places]
+
+
+def _read_part(
+    path: Path, name: str, variables: Sequence[_Variable], load: Callable[[str], NDArray[Any]]
+) -> NDArray[Any]:
+    """Values of a variable, or of a part of it, as `_name_parts` calls it; raises InputError."""
+    for one in variables:
+        parts = _name_parts(one)
+        if name in parts and len(parts) > 1:
+            values, place = load(one.name), parts.index(name)
+            return values[:, place] if one.shape[0] > one.shape[1] else values[place]
+    _check(path, name, variables)
+    return load(name)
 
 
 def _remedy(path: Path) -> str:
@@ -211,10 +252,14 @@ def _list(variables: Sequence[_Variable]) -> str:
 
 def _names(path: Path, variables: Sequence[_Variable]) -> tuple[str, ...]:
     """Names of all variables. Raises InputError where none is a row of numbers."""
-    if not any(one.kind in NUMERIC and is_row(one.shape) for one in variables):
+    parts = [_name_parts(one) for one in variables]
+    if not any(
+        len(names) > 1 or (one.kind in NUMERIC and is_row(one.shape))
+        for names, one in zip(parts, variables, strict=True)
+    ):
         held = f"holds {_list(variables)}" if variables else "holds no variables"
         raise InputError(f"{path}: {held}, no row or column of numbers; {_remedy(path)}")
-    return tuple(one.name for one in variables)
+    return tuple(name for names in parts for name in names)
 
 
 def _check(path: Path, name: str, variables: Sequence[_Variable]) -> None:
@@ -247,11 +292,15 @@ def read_columns(
     from scipy.io import loadmat
 
     variables = _variables_5(path)
-    for name in wanted:
-        _check(path, name, variables)
+
+    @cache
+    def load(name: str) -> NDArray[Any]:
+        values: NDArray[Any] = loadmat(path, variable_names=[name])[name]
+        return values
+
     with _whole(path):
-        found = loadmat(path, variable_names=list(wanted))
-        return {name: read_numbers(path, name, found[name], allow_missing) for name in wanted}
+        parts = {name: _read_part(path, name, variables, load) for name in wanted}
+        return {name: read_numbers(path, name, row, allow_missing) for name, row in parts.items()}
 
 
 @contextmanager
@@ -299,6 +348,11 @@ def read_columns_73(
     """As `read_columns`, of a file of version 7.3."""
     with _open_73(path) as file:
         variables = _variables_73(file)
-        for name in wanted:
-            _check(path, name, variables)
-        return {name: read_numbers(path, name, file[name][()], allow_missing) for name in wanted}
+
+        @cache
+        def load(name: str) -> NDArray[Any]:
+            values: NDArray[Any] = file[name][()].T
+            return values
+
+        parts = {name: _read_part(path, name, variables, load) for name in wanted}
+        return {name: read_numbers(path, name, row, allow_missing) for name, row in parts.items()}

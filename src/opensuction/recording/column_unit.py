@@ -23,7 +23,7 @@ SECONDS: Final = {
 """Units of time that a column may be in."""
 
 _SPELLINGS: Final = {
-    "": "- 1 UTC GMT",
+    "": "- 1 UTC GMT hms h:m:s hh:mm:ss hh:mm:ss.f hh:mm:ss.fff hh:mm:ss.sss hh:mm:ss.000",
     "nm": "nanometre nanometres nanometer nanometers",
     "um": "µm micron microns micrometre micrometres micrometer micrometers",
     "mm": "millimetre millimetres millimeter millimeters",
@@ -42,6 +42,7 @@ _SPELLINGS: Final = {
     "pulses": "",
     "px": "pixel pixels",
     "N": "newton newtons",
+    "uN": "µN",
     "mN": "",
     "kN": "",
     "lb": "lbs",
@@ -92,7 +93,7 @@ _SPELLINGS: Final = {
     "h": "hr hrs hour hours",
     "d": "day days",
 }
-"""How units are spelled, by their symbol; "" is that of a number alone."""
+"""How units are spelled, by their symbol; "" is that of a number alone, and of a time of day."""
 
 _EXACT: Final = {
     spelling: symbol for symbol, more in _SPELLINGS.items() for spelling in (symbol, *more.split())
@@ -118,9 +119,9 @@ _QUANTITIES: Final = {
 _LETTERS: Final = {symbol.lower(): symbol for symbol in _QUANTITIES}
 
 _NO_UNIT_AT_END: Final = frozenset(
-    ("amp", "bar", "count", "ft", "ma", "mn", "nm", "rev", "turn", "turns")
+    ("amp", "bar", "count", "ft", "ma", "mn", "nm", "rev", "turn", "turns", "un")
 )
-"""More often a word: amplitude, mean, number, filter, moving average, reverse, a turn."""
+"""More often a word: amplitude, mean, number, filter, moving average, reverse, a turn, un-."""
 
 _BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
 _POWER = re.compile(r"(?:\^|\*\*)?([23])$")
@@ -191,6 +192,9 @@ def unit_of_column(name: str) -> str | None:
 
 def _unit_at_end(name: str) -> str:
     """The unit behind the last underscore, space or stroke of a name; "" where there is none."""
+    _, stated, last = name.rpartition(" in ")
+    if stated and (unit := find_unit(last)):
+        return unit
     about, stroke, last = name.rpartition("/")
     if stroke and len(last.strip()) > 1 and (unit := find_unit(last)):
         return unit
@@ -235,3 +239,14 @@ def seconds_of_column(name: str, given: str | None, option: str = "--time-unit")
         what = "no known unit" if unit is None else f"in {unit}, no unit of time"
         raise InputError(f"--time '{name}': is {what}; give {option} ({known})")
     return SECONDS[unit]
+
+
+def seconds_in_name(name: str) -> float:
+    """Seconds in the unit of time that a name ends in; 1 where it ends in none.
+
+    Dates are read as the column's name says, so that `seconds_of_column` finds them in its unit.
+
+    >>> seconds_in_name("stamp_ms"), seconds_in_name("stamp"), seconds_in_name("t (hh:mm:ss)")
+    (0.001, 1.0, 1.0)
+    """
+    return SECONDS.get(unit_of_column(f"time {name}") or "s", 1.0)

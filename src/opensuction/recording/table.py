@@ -11,7 +11,7 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from io import BufferedReader
 from pathlib import Path
@@ -23,28 +23,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import binary_table, text_table
+from opensuction.recording import binary_table, json_table, text_table, workbook
 from opensuction.recording.array_column import LARGEST_TEXT_BYTES, megabytes
 
-KINDS = "a table of columns: CSV text, Parquet, NumPy (.npz) or MATLAB (.mat)"
+KINDS = "a table of columns: CSV text, JSON, Excel, Parquet, NumPy (.npz) or MATLAB (.mat)"
 
 Columns = dict[str, NDArray[np.float64]]
 """Numbers by the name of their column, each of shape (samples,)."""
 
 FOREIGN = {
-    binary_table.NPZ_TABLE_MAGIC: "a zip archive or a spreadsheet; export the sheet as CSV",
     b"PK\x05\x06": "an empty zip archive",
     b"\x93NUMPY": "a single NumPy array; save named ones with numpy.savez",
-    b"\xd0\xcf\x11\xe0": "a spreadsheet of an old kind; export the sheet as CSV",
-    b"\x1f\x8b": "compressed (gzip); unpack it first",
-    b"\x28\xb5\x2f\xfd": "compressed (zstd); unpack it first",
-    b"BZh": "compressed (bzip2); unpack it first",
-    b"\xfd7zXZ": "compressed (xz); unpack it first",
+    b"\xd0\xcf\x11\xe0": "a spreadsheet of an old kind (.xls), or one with a password; save it as "
+    ".xlsx without one, or export the sheet as CSV",
+    b"\x1f\x8b": "compressed (gzip); unpack it first, or pipe it, unpacked, into -",
+    b"\x28\xb5\x2f\xfd": "compressed (zstd); unpack it first, or pipe it, unpacked, into -",
+    b"BZh": "compressed (bzip2); unpack it first, or pipe it, unpacked, into -",
+    b"\xfd7zXZ": "compressed (xz); unpack it first, or pipe it, unpacked, into -",
     b"ARROW1": "an Arrow file; save it as Parquet or CSV",
     b"\x89HDF": "an HDF5 file that MATLAB did not write; export the columns as CSV or Parquet",
     b"MATLAB": "a MATLAB file of an unknown version; save it with '-v7'",
-    b"\xff\xfe": "UTF-16 text; save it as UTF-8",
-    b"\xfe\xff": "UTF-16 text; save it as UTF-8",
+    b"TDSm": "a TDMS file of LabVIEW; export it as CSV, or write it as .lvm",
+    b"\xff\xfe\0\0": "UTF-32 text; save it as UTF-8",
 }
 """How files begin that people take for tables, and what to do with them."""
 
@@ -60,10 +60,6 @@ FOREIGN_TEXT = tuple(
             rb"(/annex/objects/|(\.\./)*\.git/annex/)",
             "a git-annex pointer that stands for the file; "
             "get the file itself with 'git annex get'",
-        ),
-        (
-            rb"(\{|\[\s*[\[{\"])",
-            "JSON, no table; save its records as CSV, a column for each quantity",
         ),
         (
             rb"<(!doctype html|html|head|body)",
@@ -84,6 +80,9 @@ class Reader(NamedTuple):
 
     names: Callable[[Path], tuple[str, ...]]
     columns: Callable[[Path, Sequence[str], bool], Columns]
+    note: str = ""
+    full_names: Mapping[str, str] = MappingProxyType({})
+    """As in `RecordedTable`."""
 
 
 class RecordedTable(NamedTuple):
@@ -143,38 +142,65 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
     head = file.read(LOOKED_AT_BYTES)
     if not head:
         raise InputError(f"{path}: is empty; give the path of {KINDS}")
-    reader = next((one for start, one in BINARY.items() if head.startswith(start)), None)
-    note, full_names = "", dict[str, str]()
-    if head.startswith(binary_table.NPZ_TABLE_MAGIC) and binary_table.is_archive(path):
-        reader = ARCHIVE
-    if reader is None:
-        _refuse_foreign(path, head)
-        if size_bytes > LARGEST_TEXT_BYTES:
-            raise InputError(
-                f"{path}: is {megabytes(size_bytes)} MB, above the limit of "
-                f"{megabytes(LARGEST_TEXT_BYTES)} MB for text; keep only the columns and the "
-                "cycles that matter, or save it as Parquet"
-            )
-        encoding = text_table.find_encoding(path)
-        layout = text_table.read_layout(path, encoding)
-        note = "; ".join(filter(None, (text_table.NOTES.get(encoding), layout.note)))
-        short = layout.short_names
-        pairs = zip(short, layout.names, strict=True)
-        full_names = {name: full for name, full in pairs if short.count(name) == 1}
-        reader = Reader(
-            lambda _: layout.names,
-            partial(text_table.read_columns, encoding=encoding, layout=layout),
-        )
+    reader = _choose_reader(path, head, size_bytes)
     names = reader.names(path)
     file.seek(0)
     digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return RecordedTable(path, names, reader.columns, size_bytes, digest, note, full_names)
+    return RecordedTable(
+        path, names, reader.columns, size_bytes, digest, reader.note, reader.full_names
+    )
+
+
+def _choose_reader(path: Path, head: bytes, size_bytes: int) -> Reader:
+    """Reader of a file by its beginning. Raises InputError for what is no table."""
+    for start, reader in BINARY.items():
+        if head.startswith(start):
+            return reader
+    if head.startswith(binary_table.NPZ_TABLE_MAGIC):
+        if binary_table.find_kind(path) == "npz":
+            return ARCHIVE
+        sheet = workbook.read_sheet(path)
+        return _read_text(path, lambda: nullcontext(iter(sheet.lines)), sheet.note, decimal=".")
+    _refuse_foreign(path, head)
+    if size_bytes > LARGEST_TEXT_BYTES:
+        raise InputError(
+            f"{path}: is {megabytes(size_bytes)} MB, above the limit of "
+            f"{megabytes(LARGEST_TEXT_BYTES)} MB for text; keep only the columns and the "
+            "cycles that matter, or save it as Parquet"
+        )
+    if json_table.BEGINNING.match(_decode(head)):
+        found = json_table.read_table(path)
+        read = partial(json_table.read_columns, table=found)
+        return Reader(lambda _: found.names, read, found.note)
+    lines, note = text_table.lines_of(path)
+    return _read_text(path, lines, note)
+
+
+def _read_text(path: Path, lines: text_table.Lines, note: str, decimal: str = "") -> Reader:
+    """Reader of a table of text, also of a sheet's; decimal: mark of its decimals, "" unknown."""
+    layout = text_table.read_layout(path, lines)._replace(decimal=decimal)
+    short = layout.short_names
+    pairs = zip(short, layout.names, strict=True)
+    return Reader(
+        lambda _: layout.names,
+        partial(text_table.read_columns, lines=lines, layout=layout),
+        "; ".join(filter(None, (note, layout.note))),
+        {name: full for name, full in pairs if short.count(name) == 1},
+    )
+
+
+def _decode(head: bytes) -> bytes:
+    """The beginning of a text as UTF-8, where it is UTF-16; else as it is."""
+    if head.startswith(text_table.UTF16_MARKS):
+        return head.decode("utf-16", errors="ignore").encode(errors="ignore")
+    return head
 
 
 def _refuse_foreign(path: Path, head: bytes) -> None:
     for start, what in FOREIGN.items():
         if head.startswith(start):
             raise InputError(f"{path}: is {what}")
+    head = _decode(head)
     if b"\0" in head:
         raise InputError(f"{path}: is a binary file; give the path of {KINDS}")
     for beginning, what in FOREIGN_TEXT:

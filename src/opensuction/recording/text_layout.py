@@ -8,17 +8,17 @@ are called by their number. What may be meant in two ways is refused with both.
 import csv
 import re
 from collections.abc import Iterator, Sequence
-from datetime import UTC, datetime
 from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording.column_unit import find_unit
+from opensuction.recording.instant import is_date
 
 SPACE = " "
 """Stands for any run of blanks."""
-SEPARATORS = (";", "\t", ",", SPACE)
+SEPARATORS = (";", "\t", ",", "|", SPACE)
 """Tried in this order: in text with decimal commas, commas would also cut."""
 COMMENTS = ("#", "%")
 MISSING = frozenset(("", "na", "n/a", "nan", "null", "none", "-nan", "+nan", "#n/a"))
@@ -38,11 +38,8 @@ _STATED = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
 _VALUE = re.compile(r"[+-]?[.,]?\d")
 """How a number begins, also one with a unit behind it, and a date."""
 _BRACKETED = re.compile(r"[\[(].*[\])]")
-_DATE = re.compile(
-    r"\d{1,4}([-/.:]\d{1,2}){2}([ T].*|[.,].*)?|(\d{1,2}[-/.]){2}\d{4}([ T].*)?|\d{1,2}:\d{2}"
-)
-_YEAR_FIRST = re.compile(r"\s*\d{4}([-/])\d\d\1\d\d[T ]\d\d:\d\d")
-"""How a date begins that can be meant in one way only: ISO 8601, also with slashes."""
+_WINDOWS_NAN = re.compile(r"[+-]?1\.#(QNAN|SNAN|IND)\w*", re.IGNORECASE)
+"""No number, as the libraries of Windows print it."""
 
 
 class Layout(NamedTuple):
@@ -58,6 +55,8 @@ class Layout(NamedTuple):
     """What a person should know of how the header was found."""
     has_remarks: bool = False
     """Rows may have one more cell, for people alone."""
+    decimal: str = ""
+    """Mark of the decimals; "": to be seen by the numbers."""
 
 
 class Record(NamedTuple):
@@ -107,7 +106,7 @@ def find_layout(path: Path, lines: Iterator[tuple[int, str]]) -> Layout:
 
     Raises InputError where they are no table, or may be one in two ways.
     """
-    comment, plain = _sample(lines)
+    comments, plain = _sample(lines)
     separators: Sequence[str] = SEPARATORS
     if plain and (stated := _STATED.fullmatch(plain[0][1])):
         separators, plain = (stated[1],), plain[1:]
@@ -118,28 +117,28 @@ def find_layout(path: Path, lines: Iterator[tuple[int, str]]) -> Layout:
         try:
             records = _records(path, plain, separator)
             bare = _drop_remarks(records)
-            found = _find_by_numbers(path, bare, separator, comment)
+            found = _find_by_numbers(path, bare, separator, comments)
         except _UnclearError as refused:
             unclear = unclear or refused
         else:
             if found is not None:
                 return found._replace(has_remarks=bare is not records)
     if unclear is None or _is_one_column(plain):
-        return _find_by_header(path, plain, separators, comment)
+        return _find_by_header(path, plain, separators, comments)
     raise unclear
 
 
-def _sample(lines: Iterator[tuple[int, str]]) -> tuple[str, list[tuple[int, str]]]:
-    """The last comment above everything else, and the first lines that are no comments."""
-    comment, plain = "", []
+def _sample(lines: Iterator[tuple[int, str]]) -> tuple[list[str], list[tuple[int, str]]]:
+    """The last two comments above everything else, and the first lines that are no comments."""
+    comments, plain = list[str](), []
     for number, line in lines:
         if not is_comment(line):
             plain.append((number, line))
         elif not plain:
-            comment = line
+            comments = [*comments[-1:], line.lstrip("".join(COMMENTS)).strip(" \r\n")]
         if len(plain) == SAMPLED_LINES:
             break
-    return comment, plain
+    return comments, plain
 
 
 def _is_one_column(lines: Sequence[tuple[int, str]]) -> bool:
@@ -172,7 +171,7 @@ def _drop_remarks(records: Sequence[Record]) -> Sequence[Record]:
 
 
 def _find_by_numbers(
-    path: Path, records: Sequence[Record], separator: str, comment: str
+    path: Path, records: Sequence[Record], separator: str, comments: Sequence[str]
 ) -> Layout | None:
     """The layout by the first row of two or more numbers, None where a separator leaves none.
 
@@ -188,14 +187,16 @@ def _find_by_numbers(
         return None
     rows = records[place:]
     if place == 0:
-        return _name_without_header(rows, separator, comment)
+        return _name_without_header(rows, separator, comments)
     header, units = records[place - 1], list[str]()
     if not _is_header(header.cells, is_first=place == 1):
         return None
     width = _shared_width(header.cells, rows)
     if width is None:
         raise _UnclearError(f"{path}: {_describe_mismatch(header, rows[0], separator)}")
-    if place > 1 and _is_second_header(records[place - 2].cells, header.cells, width):
+    if place > 1 and _is_second_header(
+        records[place - 2].cells, header.cells, width, is_first=place == 2
+    ):
         units, header = header.cells[:width], records[place - 2]
         if not all(map(_is_unit, units)):
             raise _UnclearError(
@@ -210,7 +211,7 @@ def _find_by_numbers(
 
 
 def _find_by_header(
-    path: Path, lines: Sequence[tuple[int, str]], separators: Sequence[str], comment: str
+    path: Path, lines: Sequence[tuple[int, str]], separators: Sequence[str], comments: Sequence[str]
 ) -> Layout:
     """The layout of what begins with a header, by the line below it."""
     beginnings = {one: records[:2] for one in separators if (records := _records(path, lines, one))}
@@ -227,7 +228,13 @@ def _find_by_header(
     separator = fitting[0] if fitting else most
     header, *rows = beginnings[separator]
     if all(map(_is_number, filter(str.strip, header.cells))):
-        return _name_without_header([header, *rows], separator, comment)
+        return _name_without_header([header, *rows], separator, comments)
+    if number := next(filter(_is_number, header.cells), ""):
+        raise InputError(
+            f"{path}: line {header.begin} has text and numbers side by side, such as "
+            f"{number.strip()[:SHOWN]!r}, so it may be the header or the first samples; put a "
+            "line with a name for each column above the samples, and nothing else"
+        )
     if not rows:
         raise InputError(
             f"{path}: has a header and no samples below it"
@@ -237,19 +244,30 @@ def _find_by_header(
     return Layout(separator, names, names, rows[0].begin)
 
 
-def _name_without_header(rows: Sequence[Record], separator: str, comment: str) -> Layout:
+def _name_without_header(rows: Sequence[Record], separator: str, comments: Sequence[str]) -> Layout:
     """The layout of numbers above which there are comments alone."""
     width = _shared_width([""] * len(rows[0].cells), rows) or len(rows[0].cells)
-    bare = comment.lstrip("".join(COMMENTS)).strip()
-    for one in (separator, SPACE):
-        cells = next((each.cells for each in _records(Path(), [(1, bare)], one)), [])
-        if len(cells) == width and _is_header(cells, is_first=False) and all(map(str.strip, cells)):
-            names = name_columns(cells, width)
+    # Blanks last: they also stand beside commas.
+    for one in sorted({separator, *SEPARATORS}, key=lambda one: (one == SPACE, one != separator)):
+        cut_comments = (_records(Path(), [(1, comment)], one) for comment in comments)
+        named = [[cell for record in found for cell in record.cells] for found in cut_comments]
+        named = [cells for cells in named if _may_name(cells, width)]
+        if named:
+            has_units = len(named) == 2 and all(map(_is_unit, named[1]))
+            short = name_columns(named[0 if has_units else -1], width)
+            names = _add_units(short, named[1] if has_units else ())
             note = f"the names of its columns are read from a comment: {', '.join(names)}"
-            return Layout(separator, names, names, rows[0].begin, note)
+            return Layout(separator, names, short, rows[0].begin, note)
     names = name_columns([], width)
     note = f"no header, so its columns are called by their number, 1 to {width}"
     return Layout(separator, names, names, rows[0].begin, note)
+
+
+def _may_name(cells: Sequence[str], width: int) -> bool:
+    """True for the cells of a comment that has a name for each column."""
+    # The first may be empty: a column called "#" begins like a comment.
+    named = len(cells) == width and all(map(str.strip, cells[1:]))
+    return named and _is_header(cells, is_first=False)
 
 
 def name_columns(cells: Sequence[str], width: int) -> tuple[str, ...]:
@@ -283,26 +301,8 @@ def _shared_width(header: Sequence[str], rows: Sequence[Record]) -> int | None:
 
 def is_missing(cell: str) -> bool:
     """True for a cell that says that there is no number."""
-    return cell.strip().lower() in MISSING
-
-
-def is_date(cell: str) -> bool:
-    """True for a cell that is a date or a time of day."""
-    return bool(_DATE.fullmatch(cell.strip()))
-
-
-def is_instant(cell: str) -> bool:
-    """True for a cell that begins with a date and time that `read_instant` reads."""
-    return bool(_YEAR_FIRST.match(cell))
-
-
-def read_instant(cell: str) -> float:
-    """Seconds since 1970 of a date with its time, year first; UTC where it names no zone.
-
-    Raises ValueError for anything else.
-    """
-    found = datetime.fromisoformat(cell.strip().replace("/", "-"))
-    return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
+    text = cell.strip()
+    return text.lower() in MISSING or bool(_WINDOWS_NAN.fullmatch(text))
 
 
 def _is_value(cell: str) -> bool:
@@ -338,12 +338,14 @@ def _is_unit(cell: str) -> bool:
     return not text.strip("-") or bool(_BRACKETED.fullmatch(text)) or find_unit(text) is not None
 
 
-def _is_second_header(above: Sequence[str], header: Sequence[str], width: int) -> bool:
+def _is_second_header(
+    above: Sequence[str], header: Sequence[str], width: int, is_first: bool
+) -> bool:
     """True if the line above a header may be the header itself."""
     return (
         len(above) == len(header)
         and all(cell.strip() for cell in above[:width])
-        and _is_header(above, is_first=False)
+        and (_is_header(above, is_first=False) or (is_first and all(map(_is_unit, header))))
     )
 
 

@@ -10,9 +10,11 @@ import codecs
 import math
 import re
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple, TextIO
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,55 +22,86 @@ from numpy.typing import NDArray
 from opensuction.kernel.errors import InputError
 from opensuction.recording import text_layout
 from opensuction.recording.array_column import MOST_SAMPLES, describe_excess, describe_missing
+from opensuction.recording.column_unit import seconds_in_name
+from opensuction.recording.instant import is_date, is_instant, read_instant
 from opensuction.recording.text_layout import COMMENTS, LONGEST_LINE, SHOWN, Layout
 
-UTF8, WINDOWS = "utf-8-sig", "cp1252"
+UTF8, UTF16, WINDOWS = "utf-8-sig", "utf-16", "cp1252"
+UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 NOTES = {WINDOWS: "is not UTF-8; read as Windows-1252 (cp1252)"}
 """What a person should know of an encoding."""
+Lines = Callable[[], AbstractContextManager[Iterator[tuple[int, str]]]]
+"""Gives the lines of a table that hold something, each with its number, from the first on."""
 CHUNK_BYTES = 1 << 20
+MINUS = "\u2212"
+"""The sign that typesetters use; spreadsheets of some languages write it."""
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}([., '\u00a0\u202f\u2019])\d{3}(?:\1\d{3})*(?:([.,])\d*)?")
 """A number with thousands separators, the first group; the second is its decimal mark."""
+_FORTRAN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)d[+-]?\d{1,3}", re.IGNORECASE)
+"""A number as Fortran writes its doubles."""
 _BLANKS = " '\u00a0\u202f\u2019"
 """Thousands separators that are never decimal marks."""
 
 
 def find_encoding(path: Path) -> str:
-    """UTF-8 if all of the file is, else Windows-1252."""
-    decoder = codecs.getincrementaldecoder("utf-8")()
-    try:
-        with path.open("rb") as file:
+    """Encoding of a text: UTF-16 with its mark, UTF-8 if all of the file is, else Windows-1252.
+
+    Raises InputError for damaged UTF-16.
+    """
+    with path.open("rb") as file:
+        encoding = UTF16 if file.read(2) in UTF16_MARKS else UTF8
+        decoder = codecs.getincrementaldecoder(encoding)()
+        file.seek(0)
+        try:
             while chunk := file.read(CHUNK_BYTES):
                 decoder.decode(chunk)
             decoder.decode(b"", final=True)
-    except UnicodeDecodeError:
-        return WINDOWS
-    return UTF8
+        except UnicodeDecodeError:
+            if encoding == UTF16:
+                raise InputError(f"{path}: is damaged UTF-16 text; save it as UTF-8") from None
+            return WINDOWS
+    return encoding
 
 
-def read_layout(path: Path, encoding: str = UTF8) -> Layout:
+def lines_of(path: Path) -> tuple[Lines, str]:
+    """Lines of a text file, and what a person should know of its encoding.
+
+    Raises InputError for text in no known encoding.
+    """
+    encoding = find_encoding(path)
+    return partial(_open_lines, path, encoding), NOTES.get(encoding, "")
+
+
+@contextmanager
+def _open_lines(path: Path, encoding: str) -> Iterator[Iterator[tuple[int, str]]]:
+    # Bytes that are no text become surrogates, found line by line.
+    with path.open(encoding=encoding, errors="surrogateescape", newline="") as file:
+        yield _read_lines(path, file)
+
+
+def read_layout(path: Path, lines: Lines) -> Layout:
     """Layout of a text's cells. Raises InputError for text that is no table."""
-    with _text(path, encoding) as file:
-        return text_layout.find_layout(path, _lines(path, file))
+    with lines() as opened:
+        return text_layout.find_layout(path, opened)
 
 
 def read_columns(
     path: Path,
     wanted: Sequence[str],
-    allow_missing: bool = False,
-    encoding: str = UTF8,
-    layout: Layout | None = None,
+    allow_missing: bool,
+    lines: Lines,
+    layout: Layout,
 ) -> dict[str, NDArray[np.float64]]:
     """Numbers of the columns that are wanted; see `table.read_columns`.
 
-    layout: as `read_layout` found it; None: found again.
+    layout: as `read_layout` found it.
     """
-    layout = layout or read_layout(path, encoding)
     places = [layout.names.index(name) for name in wanted]
     kept = [array("d") for _ in wanted]
     count = 0
-    with _text(path, encoding) as file:
+    with lines() as opened:
         parse = _Parser(path, layout)
-        for number, row in _rows(path, file, layout):
+        for number, row in _rows(path, opened, layout):
             if count == MOST_SAMPLES:
                 raise InputError(f"{path}: {describe_excess(count + 1)}")
             count += 1
@@ -81,12 +114,7 @@ def read_columns(
     }
 
 
-def _text(path: Path, encoding: str) -> TextIO:
-    """The file as text; bytes that are none become surrogates, found line by line."""
-    return path.open(encoding=encoding, errors="surrogateescape", newline="")
-
-
-def _lines(path: Path, file: TextIO) -> Iterator[tuple[int, str]]:
+def _read_lines(path: Path, file: Iterable[str]) -> Iterator[tuple[int, str]]:
     """Lines that hold something, each with its number."""
     for number, line in enumerate(file, start=1):
         if len(line) > LONGEST_LINE:
@@ -96,19 +124,24 @@ def _lines(path: Path, file: TextIO) -> Iterator[tuple[int, str]]:
             )
         if line.isspace():
             continue
-        if not line.isascii() and any("\udc80" <= letter <= "\udcff" for letter in line):
+        if line.isascii():
+            yield number, line
+            continue
+        if any("\udc80" <= letter <= "\udcff" for letter in line):
             raise InputError(
                 f"{path}: line {number}: neither UTF-8 nor Windows-1252 text; save the file as "
                 "UTF-8"
             )
-        yield number, line
+        yield number, line.replace(MINUS, "-")
 
 
-def _rows(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+def _rows(
+    path: Path, opened: Iterator[tuple[int, str]], layout: Layout
+) -> Iterator[tuple[int, list[str]]]:
     """Rows of samples with the number of the line each ends in."""
     lines = (
         (number, line)
-        for number, line in _lines(path, file)
+        for number, line in opened
         if number >= layout.first_line and not line.startswith(COMMENTS)
     )
     width = len(layout.names)
@@ -119,9 +152,10 @@ def _rows(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, list[
         elif number > begin:
             raise InputError(f"{path}: line {begin}: {text_layout.UNCLOSED}")
         else:
+            cells = f"{len(row)} cell{'s' if len(row) > 1 else ''}"
             raise InputError(
-                f"{path}: line {number}: {len(row)} cells, the header has {width}; complete or "
-                "remove the line"
+                f"{path}: line {number}: {cells}, the header has {width}; complete or remove the "
+                "line"
             )
 
 
@@ -144,9 +178,9 @@ class _Parser:
     def __init__(self, path: Path, layout: Layout) -> None:
         self._path = path
         self._layout = layout
-        self._decimal = ""
-        self._is_sure = False
-        """Whether a cell was met whose mark cannot separate thousands."""
+        self._decimal = layout.decimal
+        self._is_sure = bool(layout.decimal)
+        """True once a cell was met whose mark cannot separate thousands."""
         self._thousands = ""
         """The mark that separates them, once a cell has shown it."""
         self._vague: dict[int, tuple[int, str]] = {}
@@ -160,27 +194,35 @@ class _Parser:
 
     def __call__(self, number: int, place: int, cell: str) -> float:
         """Finite number in a cell, NaN for one that is missing; InputError for anything else."""
-        if number == self._layout.first_line and text_layout.is_instant(cell):
+        if number == self._layout.first_line and is_instant(cell):
             self._instants.add(place)
         if place in self._instants:
             return self._read_instant(number, place, cell)
         if not self._is_sure:
             self._look(number, place, cell)
-        text = cell
-        if self._decimal == ",":
-            text = "?" if "." in cell else cell.replace(",", ".")
-        try:
-            value = float(text)
-        except ValueError:
-            value = self._read_grouped(cell.strip())
+        value = self._read_number(cell)
         if math.isfinite(value) and "_" not in cell:
             return value
         if text_layout.is_missing(cell):
             return self._miss(number, place, cell)
         where, shown = self._where(number, place), cell.strip()
-        if math.isinf(value):
+        if not shown.strip("-"):
+            return self._miss(number, place, cell)
+        if math.isinf(value) or "1.#INF" in shown.upper():
             raise InputError(f"{where}: {shown!r} is not finite; correct or remove the line")
         raise InputError(f"{where}: {shown[:SHOWN]!r} is not a number{self._advise(shown)}")
+
+    def _read_number(self, cell: str) -> float:
+        """The number in a cell, finite or not; NaN where it is none."""
+        text = cell
+        if self._decimal == ",":
+            text = "?" if "." in cell else cell.replace(",", ".")
+        try:
+            return float(text)
+        except ValueError:
+            if _FORTRAN.fullmatch(text.strip()):
+                return float(text.lower().replace("d", "e"))
+            return self._read_grouped(cell)
 
     def _miss(self, number: int, place: int, cell: str) -> float:
         self._missing = self._missing or _Missing(number, place, cell.strip())
@@ -192,7 +234,7 @@ class _Parser:
         if text_layout.is_missing(cell):
             return self._miss(number, place, cell)
         try:
-            return text_layout.read_instant(cell)
+            return read_instant(cell) / seconds_in_name(self._layout.names[place])
         except (ValueError, OverflowError):
             raise InputError(
                 f"{self._where(number, place)}: {cell.strip()[:SHOWN]!r} is no date with its time, "
@@ -236,6 +278,7 @@ class _Parser:
 
     def _read_grouped(self, cell: str) -> float:
         """A number with thousands separators that cannot be decimal marks, else not a number."""
+        cell = cell.strip()
         found = _GROUPED.fullmatch(cell)
         if found is None:
             return math.nan
@@ -265,7 +308,7 @@ class _Parser:
 
     def _advise(self, cell: str) -> str:
         """A hint where a date or the decimal mark may be what is wrong."""
-        if text_layout.is_date(cell):
+        if is_date(cell):
             return "; write times in seconds, or with their date, as in 2026-01-31 12:00:00.5"
         if "," in cell and ("." in cell or cell.count(",") > 1):
             return "; write numbers without marks between thousands"

@@ -140,9 +140,10 @@ Examples:
       | opensuction identify - --input head_mm --output tip_mm
 
 Without --input and --output the columns of the file are listed. A recording is a table with a
-header line: CSV with commas, semicolons, tabs or blanks between, decimal commas allowed; or Parquet
-(pip install 'opensuction[parquet]'), named arrays of NumPy (.npz) or MATLAB (.mat; of version 7.3:
-pip install 'opensuction[matlab]'). Without a header columns are called by their number: --input 1.
+header line: CSV with commas, semicolons, tabs or blanks between, decimal commas allowed; records or
+columns of JSON; an Excel sheet (.xlsx, pip install 'opensuction[excel]'); Parquet (pip install
+'opensuction[parquet]'); named arrays of NumPy (.npz) or MATLAB (.mat; of version 7.3: pip install
+'opensuction[matlab]'). Without a header columns are called by their number: --input 1.
 Units are read from the columns' names (head_mm, "Head (mm)") or from a row below the header, or
 given by --input-unit and --output-unit.
 
