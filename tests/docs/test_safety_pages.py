@@ -142,12 +142,7 @@ def imported() -> dict[str, set[str]]:
     return found
 
 
-LOCAL = {
-    "machine/twin/faulty_twin.py",
-    "machine/twin/twin_faults.py",
-    "machine/twin/twin_machine.py",
-    "ipc/mailbox.py",
-}
+LOCAL = {"host/this_computer.py"}
 """Where processes of one machine send each other something."""
 LISTENS = {"session/running/console_settings.py", "console/console_process.py"}
 """Where the console's port is opened: on this computer alone, or with a certificate."""
