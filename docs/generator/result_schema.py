@@ -16,6 +16,7 @@ from opensuction.cli.command.cache import CacheResult
 from opensuction.cli.command.inject import InjectionResult
 from opensuction.cli.command.users import UsersResult
 from opensuction.evidence.benchmark.benchmark import BenchmarkFigures
+from opensuction.evidence.lives.lives import LivesResult, PlayedLife
 from opensuction.evidence.paper.reproduction import ReproductionResult
 from opensuction.result.calibration_result import CalibrationResult
 from opensuction.result.day_result import CycleAndDay
@@ -76,13 +77,16 @@ OBJECTS = {
     "safety-case": CommandObject(SafetyCaseResult),
     "trial": CommandObject(TrialResult),
     "trial-play": CommandObject(PlayedCycle, ("simulated",), ("recorded", "files")),
+    "simulate": CommandObject(LivesResult),
+    "simulate-play": CommandObject(PlayedLife),
     "benchmark": CommandObject(BenchmarkFigures),
     "reproduce": CommandObject(ReproductionResult),
     "audit": CommandObject(AuditResult),
     "users": CommandObject(UsersResult),
     "cache": CommandObject(CacheResult),
 }
-"""By command: ``trial-play`` of ``trial --play``, ``replay-several`` of more than one file."""
+"""By command: ``trial-play`` of ``trial --play``, ``simulate-play`` likewise, ``replay-several`` of
+more than one file."""
 
 
 def schema() -> Json:

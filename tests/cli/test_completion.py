@@ -8,6 +8,7 @@ from opensuction.accounts.rule.right import Role
 from opensuction.cli import completion
 from opensuction.cli.command.users import ACTS
 from opensuction.control.compensation import KIND_OF_NAME
+from opensuction.evidence.lives.life_fault import Kind
 from opensuction.evidence.trial.draw import COHORTS, FAULT_COUNTS
 from opensuction.identification.judgement.recommendation import PURPOSES
 from opensuction.identification.workbench import METHODS, MODELS
@@ -55,6 +56,7 @@ def completed(
         (completion.PREOXYGENATION, ANSWERS),
         (completion.COHORTS, COHORTS),
         (completion.FAULT_COUNTS, FAULT_COUNTS),
+        (completion.LIFE_FAULTS, tuple(map(str, Kind))),
     ],
 )
 def test_names_are_those_of_the_rooms_that_know_them(

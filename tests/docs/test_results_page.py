@@ -17,7 +17,16 @@ LIKE = {"compare": "identify", "report": "cycle"}
 def test_the_page_names_what_only_the_schema_describes() -> None:
     assert len(DESCRIBED) > 10
     rest = {name for name in load()["$defs"] if name[0].islower()} - SECTIONS.keys()
-    assert rest == {"run", "ask", "inject", "users", "cache", "replay-several", "trial-play"}
+    assert rest == {
+        "run",
+        "ask",
+        "inject",
+        "users",
+        "cache",
+        "replay-several",
+        "trial-play",
+        "simulate-play",
+    }
     assert all(f"`{name}`" in SECTIONS["Schema"] for name in rest)
 
 

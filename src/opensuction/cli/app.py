@@ -23,6 +23,7 @@ from opensuction.cli.command import (
     run,
     safety_case,
     serve,
+    simulate,
     trial,
     users,
 )
@@ -41,6 +42,7 @@ COMMANDS = (
     benchmark.COMMAND,
     safety_case.COMMAND,
     trial.COMMAND,
+    simulate.COMMAND,
     identify.IDENTIFY,
     identify.COMPARE,
     predict.COMMAND,

@@ -60,6 +60,7 @@ METHODS = (
 FAULTS = tuple(BY_NAME)
 COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
+LIFE_FAULTS = ("kill", "freeze", "standstill", "slow", "wall-clock", "mail", "stop", "impatient")
 PREOXYGENATION = ("confirmed", "skipped")
 FORMATS = ("csv", "parquet")
 REQUESTS = tuple(machine_button.BY_NAME)

@@ -171,6 +171,25 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         metavar="N",
         show_default=False,
     ),
+    "lives": typer.Option(
+        help="How many lives, each of a seed of its own.", min=1, max=10_000_000, metavar="N"
+    ),
+    "life_seed": typer.Option("--seed", help="Seed of the first life.", min=0, metavar="N"),
+    "life_faults": typer.Option(
+        "--faults",
+        help="Kind of faults that are drawn; may be given several times. Default: all of them.",
+        metavar="KIND",
+        autocompletion=completion.complete_from(completion.LIFE_FAULTS),
+        show_default=False,
+    ),
+    "play_life": typer.Option(
+        "--play",
+        help="Play the life of this seed alone, and show its course; with the --faults of its "
+        "campaign.",
+        min=0,
+        metavar="SEED",
+        show_default=False,
+    ),
     "resume": typer.Option(
         "--resume",
         help="Go on with the trial in the folder --out where it was; it knows its own options.",

@@ -15,7 +15,7 @@ class Pacing(Protocol):
 
     @property
     def due_ns(self) -> int:
-        """When the next tick is due."""
+        """Instant at which the next tick is due, ns."""
 
     def begin(self, now_ns: int) -> int:
         """Begin the next tick, now; how many were missed before it."""
@@ -34,7 +34,7 @@ class DeadlineScheduler:
 
     @property
     def due_ns(self) -> int:
-        """When the next tick is due."""
+        """Instant at which the next tick is due, ns."""
         return self.deadline_ns + self.period_ns
 
     def begin(self, now_ns: int) -> int:

@@ -1,0 +1,278 @@
+"""A machine on a simulated computer: its processes, the people at its bed, and who looks after it.
+
+Twin, controller, recorder and supervisor are the real processes with their real files, in a folder
+of their own. A nurse starts one cycle as soon as the machine is parked, resets it where it halts,
+and presses again where nobody answers. A supervisor that died is started again after some seconds,
+as a service manager does. A judge sees the twin's truth from outside.
+"""
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+from opensuction.controller.configuration import Configuration
+from opensuction.evidence.lives.simulated_computer import SimulatedComputer
+from opensuction.host.host import NS_PER_S, Child, Host, Steps, after
+from opensuction.ipc.mailbox import Sender
+from opensuction.ipc.ring import EventReader, FollowedRing
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import STOP
+from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
+from opensuction.machine import port
+from opensuction.machine.twin import twin_machine, twin_process
+from opensuction.machine.twin.live_judge import LiveJudge
+from opensuction.records.entry import Catheter, Machine, SettingsFile
+from opensuction.runtime import (
+    control_process,
+    launch,
+    machine_folder,
+    recorder_process,
+    supervisor,
+)
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.machine_folder import About
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.twin.plant import PlantState
+
+MEMORY = Path("/dev/shm")
+SERIAL = "simulated-1"
+NURSE, VISITOR = "nurse", "visitor"
+LOOK_S = 0.05
+"""How often people look at the machine."""
+PRESS_S = 0.06
+"""Between two buttons of one person."""
+PATIENCE_S = 3.0
+"""After it a person presses again what was not answered."""
+MANAGER_S = 2.0
+"""After it a supervisor that died is started again."""
+JUDGED_EVERY_S = 1.0
+PREPARED = 64
+"""Machines that a process keeps for lives to come."""
+_PHASE, _TICK = (ROW_COLUMNS.index(name) for name in ("outputs.phase", "inputs.tick"))
+_REST = ROW_COLUMNS.index("outputs.counters.rest_left_s")
+
+
+class Situation(NamedTuple):
+    """State of a machine as a person sees it."""
+
+    phase: Phase
+    tick: int
+    is_rested: bool
+    """The patient has rested since the last cycle."""
+
+
+@lru_cache(PREPARED)
+def _prepare(seed: int) -> Prepared:
+    """A neonate and a machine, drawn by a seed."""
+    rig = RigChoice(patient="neonate", seed=seed)
+    return cycle_run.prepare(resolution.resolve(CycleChoice(rig)))
+
+
+class Display:
+    """State of a machine as its controller shows it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._ring = FollowedRing(folder / machine_folder.RING, lambda found: found == ROW_COLUMNS)
+
+    def look(self) -> Situation | None:
+        """State of the machine now; None where no controller has shown any."""
+        self._ring.look()
+        newest = None if self._ring.reader is None else self._ring.reader.snapshot()
+        if newest is None:
+            return None
+        row = newest[1]
+        return Situation(Phase(int(row[_PHASE])), int(row[_TICK]), row[_REST] == 0.0)
+
+
+class Bedside(Display):
+    """A machine's display and buttons, before one person."""
+
+    def __init__(self, folder: Path, host: Host, who: str) -> None:
+        super().__init__(folder)
+        self._folder, self._host, self._who, self._asked = folder, host, who, 0
+        self.is_impatient = False
+
+    def press(self, button: str) -> Steps[str]:
+        """Press a button; the verdict, empty where there is none within `PATIENCE_S`."""
+        self._asked += 1
+        key, clock = f"{self._who}-{self._asked}", self._host.clock
+        try:
+            events = EventReader(self._folder / machine_folder.EVENTS)
+            events.read()
+            sender = Sender(self._folder / machine_folder.ASK, self._who, 0.0, self._host)
+            for number in range(1 + self.is_impatient):
+                sender.ask(button, key if number == 0 else f"{key}-again", "2025-06-15T15:06:40Z")
+        except InputError:
+            return ""
+        ends_ns = after(clock, PATIENCE_S)
+        while clock.monotonic_ns() < ends_ns:
+            yield after(clock, PRESS_S)
+            for one in events.read()[0]:
+                if one.fields.get("key") == key:
+                    return str(one.fields["verdict"])
+        return ""
+
+
+class SimulatedMachine:
+    """One machine and all who have to do with it."""
+
+    def __init__(self, folder: Path, seed: int, machine_seed: int) -> None:
+        """machine_seed: draws machine and patient."""
+        self.folder, self.out = folder, folder / "recordings"
+        self.database = folder / "records.db"
+        self.prepared = _prepare(machine_seed)
+        self.problems: list[str] = []
+        """What people at the bed have seen that must not be."""
+        self._bedsides: list[Bedside] = []
+        self._was_impatient = False
+        self.computer = SimulatedComputer(
+            seed,
+            {
+                twin_machine.PROCESS: lambda host, told: twin_process.steps(host, Path(told[0])),
+                launch.CONTROL: lambda host, told: control_process.steps(
+                    host, Path(told[0]), int(told[1])
+                ),
+                launch.RECORDER: lambda host, told: recorder_process.steps(host, *map(Path, told)),
+                launch.SUPERVISOR: lambda host, told: supervisor.steps(host, *map(Path, told)),
+                NURSE: lambda host, _: self._nurse(host),
+                VISITOR: lambda host, _: self._visitor(host),
+            },
+        )
+        self._display = Display(folder)
+        self._supervisor: Child | None = None
+        self.has_cycled = False
+        """The nurse's cycle is over."""
+        self.is_closing = False
+        """Nobody starts a supervisor again."""
+        self._begin()
+
+    def _begin(self) -> None:
+        """The twin plays, and a supervisor starts the rest."""
+        loop, start = self.prepared.loop, self.prepared.start
+        seed = self.prepared.resolved.equipment.seed
+        side = twin_machine.side_of(loop, seed)
+        twin_machine.prepare(self.folder, side, PlantState(start.machine, start.bedside))
+        launch.configure(self.folder, Configuration(loop.controller, loop.heads_mm))
+        machine_folder.write(
+            self.folder,
+            About(
+                machine=Machine(SERIAL, "clinical", is_twin=True),
+                catheter=Catheter("catheter-1", 6, 86_400),
+                protocol=SettingsFile("neonate", "{}"),
+                approach="travel",
+                patient=f"twin-neonate-{seed}",
+                parameter_file=None,
+                database=str(self.database),
+                heading={},
+            ),
+        )
+        self.twin = self._spawn(twin_machine.PROCESS, str(self.folder))
+        while not (self.folder / twin_process.SHOWN).exists():
+            self.computer.run_until(self.computer.now_ns + NS_PER_S)
+        self.judge = LiveJudge(port.open_truth(self.folder), loop.controller.limits.cap_mm)
+        self._supervise()
+        self._spawn(NURSE)
+
+    def _spawn(self, module: str, *arguments: str) -> Child:
+        log = self.folder / f"{module.rpartition('.')[2]}.log"
+        return self.computer.spawn(module, arguments, log)
+
+    def _supervise(self) -> None:
+        self._supervisor = self._spawn(launch.SUPERVISOR, str(self.folder), str(self.out))
+
+    def run(self, seconds: float) -> None:
+        """Let time go by, with a judge who looks on and a manager who starts supervisors."""
+        ends_ns = self.computer.now_ns + round(seconds * NS_PER_S)
+        while self.computer.now_ns < ends_ns:
+            step_ns = round(JUDGED_EVERY_S * NS_PER_S)
+            self.computer.run_until(min(self.computer.now_ns + step_ns, ends_ns))
+            self.judge.look()
+            self._manage()
+
+    def _manage(self) -> None:
+        died = self._supervisor is not None and self._supervisor.poll() is not None
+        if died and not self.is_closing:
+            self._supervisor = None
+            due_ns = self.computer.now_ns + round(MANAGER_S * NS_PER_S)
+            self.computer.at(due_ns, self._supervise)
+
+    def look(self) -> Situation | None:
+        """State of the machine now; see `Display.look`."""
+        return self._display.look()
+
+    def pid_of(self, name: str) -> int | None:
+        """Number of the process ``control``, ``recorder`` or ``supervisor``; None of none."""
+        return self.computer.holder(self.folder / f"{name}.lock")
+
+    def visit(self) -> None:
+        """Have a second person stop the machine."""
+        self._spawn(VISITOR)
+
+    def hurry(self) -> None:
+        """From now on people press twice."""
+        self._was_impatient = True
+        for one in self._bedsides:
+            one.is_impatient = True
+
+    def end(self, seconds: float) -> bool:
+        """Tell the supervisor to end, and all with it; true where they do within a time."""
+        self.is_closing = True
+        if self._supervisor is None or self._supervisor.poll() is not None:
+            self._supervise()
+            self.run(10.0)
+        assert self._supervisor is not None
+        self._supervisor.terminate()
+        ends_ns = self.computer.now_ns + round(seconds * NS_PER_S)
+        while self._supervisor.poll() is None and self.computer.now_ns < ends_ns:
+            self.run(JUDGED_EVERY_S)
+        return self._supervisor.poll() == 0
+
+    def _bedside(self, host: Host, who: str) -> Bedside:
+        made = Bedside(self.folder, host, who)
+        made.is_impatient = self._was_impatient
+        self._bedsides.append(made)
+        return made
+
+    def _nurse(self, host: Host) -> Steps[None]:
+        """Start one cycle, and bring the machine back to its park position for ever."""
+        bed, has_begun = self._bedside(host, NURSE), False
+        while True:
+            yield after(host.clock, LOOK_S)
+            seen = bed.look()
+            if seen is None:
+                continue
+            has_begun = has_begun or seen.phase in CYCLE
+            self.has_cycled = has_begun and seen.phase in RESTING
+            if seen.phase == Phase.HALTED:
+                yield after(host.clock, PATIENCE_S)
+                yield from bed.press("reset")
+            elif seen.phase == Phase.PARKED and seen.is_rested and not has_begun:
+                # The drives have acted alone until there was a controller, and show it until then.
+                for button in ("reset", "assessed", "oxygen_skipped", "start"):
+                    yield from bed.press(button)
+
+    def _visitor(self, host: Host) -> Steps[None]:
+        """Press STOP until it is answered: then nothing goes in any more."""
+        bed = self._bedside(host, f"visitor at {host.clock.monotonic_ns()}")
+        while not (verdict := (yield from bed.press(STOP))):
+            yield after(host.clock, LOOK_S)
+        seen = bed.look()
+        if verdict == "pressed" and seen is not None and seen.phase in CYCLE:
+            self.problems.append(f"a STOP was answered, and the machine is {seen.phase.name}")
+
+
+@contextmanager
+def simulated(seed: int, machine_seed: int) -> Iterator[SimulatedMachine]:
+    """A machine in a folder that is gone afterwards."""
+    folder = Path(tempfile.mkdtemp(dir=MEMORY if MEMORY.is_dir() else None))
+    try:
+        yield SimulatedMachine(folder, seed, machine_seed)
+    finally:
+        with suppress(OSError):
+            shutil.rmtree(folder)

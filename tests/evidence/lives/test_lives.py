@@ -1,0 +1,172 @@
+"""Lives under a simulated clock: the same for a seed, sound as they are, and broken by faults."""
+
+from pathlib import Path
+
+import pytest
+
+from opensuction.evidence.lives import life, life_fault, lives
+from opensuction.evidence.lives.life import INVARIANTS, Life, LifeResult
+from opensuction.evidence.lives.life_fault import Kind, LifeFault
+from opensuction.host import this_computer
+from opensuction.ipc.mailbox import Mailbox
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import NO_REQUESTS, STOP
+from opensuction.kernel.vocabulary import Phase
+from opensuction.runtime import recorder
+from opensuction.runtime.database_writer import DatabaseWriter
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.supervisor import SupervisedProcess
+
+# A process that is killed closes nothing: its file is closed when nobody knows it any more.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:unclosed file", "ignore::pytest.PytestUnraisableExceptionWarning"
+)
+
+NOTHING = LifeFault(Kind.SLOW, "", None, 0.0, 0.001)
+KILL_RECORDER = LifeFault(Kind.KILL, life_fault.RECORDER, Phase.INSERTING, 0.05, 0.0)
+KILL_CONTROL = LifeFault(Kind.KILL, life_fault.CONTROL, Phase.SUCTIONING, 0.05, 0.0)
+STOPPED = LifeFault(Kind.STOP, "", Phase.INSERTING, 0.05, 0.0)
+
+
+def play(*faults: LifeFault) -> LifeResult:
+    return life.play(Life(1, 3, faults))
+
+
+def broken(found: LifeResult) -> set[str]:
+    return {one.invariant for one in found.violations}
+
+
+@pytest.fixture
+def _no_real_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody in a life may ask this computer."""
+
+    def refuse(*_: object) -> int:
+        raise AssertionError("the real computer was asked")
+
+    for name in ("monotonic_ns", "wall_ns", "sleep_until"):
+        monkeypatch.setattr(this_computer._Clock, name, refuse)
+    for port in (this_computer._Locks, this_computer._Datagrams, this_computer._Processes):
+        for name in [one for one in vars(port) if not one.startswith("_")]:
+            monkeypatch.setattr(port, name, refuse)
+
+
+@pytest.mark.usefixtures("_no_real_clock")
+def test_a_life_without_a_fault_is_a_whole_cycle_and_nothing_of_it_is_real() -> None:
+    found = play(NOTHING)
+    assert found.violations == ()
+    phases = [one.what for one in found.events if one.what.startswith("phase")]
+    assert phases[:4] == ["phase parked", "phase checking", "phase preloading", "phase inserting"]
+    assert phases[-1] == "phase parked"
+    assert found.steps > 10_000
+
+
+@pytest.mark.usefixtures("_no_real_clock")
+def test_what_a_controllers_death_leads_to_comes_in_its_order() -> None:
+    found = play(KILL_CONTROL)
+    assert found.violations == ()
+    course = [one.what for one in found.events]
+    killed = course.index("control_process was killed")
+    later = course[killed:]
+    assert later.index("people are told: watchdog-fired") > 0
+    assert later.index("control_process is started") < later.index("phase halted")
+
+
+def test_a_seed_gives_the_same_life_in_one_and_in_two_processes() -> None:
+    seeds, kinds = range(40, 43), tuple(Kind)
+    alone = lives.run(seeds, kinds, 1)
+    shared = lives.run(seeds, kinds, 2)
+    assert [one.trace for one in alone] == [one.trace for one in shared]
+    assert len({one.trace for one in alone}) == 3
+    assert [one.life for one in alone] == [life.draw(seed) for seed in seeds]
+    result = lives.to_result(seeds, kinds, alone, 1.0)
+    assert result.trace == lives.to_result(seeds, kinds, shared, 2.0).trace
+    assert result.ok == (not any(one.violations for one in alone))
+    assert result.invariants == INVARIANTS
+
+
+@pytest.mark.sweep
+def test_lives_that_nobody_has_seen_before_hold() -> None:
+    """Seeds of their own beside those of the evidence."""
+    found = lives.run(range(700_000, 700_020), tuple(Kind), 2)
+    assert [one for one in found if one.violations] == []
+
+
+def test_a_supervisor_that_replaces_nobody_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SupervisedProcess, "look", lambda _: None)
+    assert "rest" in broken(play(KILL_RECORDER))
+
+
+def test_an_end_that_is_not_put_on_record_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(DatabaseWriter, "_end", lambda *_: None)
+    assert broken(play(NOTHING)) == {"record"}
+
+
+def test_a_stop_that_is_answered_and_not_obeyed_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    receive = Mailbox.receive
+
+    def deaf(box: Mailbox) -> object:
+        pressed, answers = receive(box)
+        return pressed._replace(abort=False) if pressed != NO_REQUESTS else pressed, answers
+
+    assert STOP == "abort"
+    assert play(STOPPED).violations == ()
+    monkeypatch.setattr(Mailbox, "receive", deaf)
+    assert broken(play(STOPPED)) == {"stop"}
+
+
+def test_a_recording_that_is_not_what_was_done_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    take, place = recorder.Recorder.take, ROW_COLUMNS.index("outputs.commands.insertion_v")
+
+    def spoil(self: recorder.Recorder, found: object, happened: object) -> None:
+        rows = found.rows.copy()  # type: ignore[attr-defined]
+        rows[:, place] += 1e-6
+        take(self, found._replace(rows=rows), happened)  # type: ignore[attr-defined, arg-type]
+
+    monkeypatch.setattr(recorder.Recorder, "take", spoil)
+    assert "recording" in broken(play(NOTHING))
+
+
+def test_an_error_that_a_process_does_not_know_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("a mistake")
+
+    monkeypatch.setattr(DatabaseWriter, "reach", fail)
+    found = play(NOTHING)
+    assert "crash" in broken(found)
+    assert any("ZeroDivisionError: a mistake" in one.detail for one in found.violations)
+
+
+def test_the_fewest_faults_that_break_something_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SupervisedProcess, "look", lambda _: None)
+    found = play(NOTHING, KILL_RECORDER, LifeFault(Kind.WALL_CLOCK, "", None, 3.0, 60.0))
+    assert lives.shrink(found) == (KILL_RECORDER,)
+    reported = lives.to_played(found)
+    assert reported.fewest == ("kill-recorder@inserting+0.0500",)
+
+
+def test_faults_are_drawn_over_all_kinds_targets_and_places() -> None:
+    drawn = [fault for seed in range(400) for fault in life.draw(seed).faults]
+    assert {one.kind for one in drawn} == set(Kind)
+    assert {one.target for one in drawn} == {"", *life_fault.TARGETS}
+    assert any(one.phase is None for one in drawn)
+    assert all(0.0 <= one.after_s <= life_fault.SPAN_S for one in drawn)
+    lasting = [one.seconds for one in drawn if one.kind in life_fault.LASTS]
+    assert min(lasting) < 0.002
+    assert max(lasting) > 9.0
+    kills = life.draw(5, (Kind.KILL,)).faults
+    assert {one.kind for one in kills} == {Kind.KILL}
+
+
+def test_an_unknown_kind_of_fault_is_refused_in_one_line() -> None:
+    assert life_fault.check_kinds(["mail", "kill", "mail"]) == (Kind.MAIL, Kind.KILL)
+    assert life_fault.check_kinds([]) == tuple(Kind)
+    with pytest.raises(InputError, match="unknown kind of fault 'plague'; known: kill, freeze"):
+        life_fault.check_kinds(["plague"])
+
+
+def test_the_folder_of_a_life_is_gone_after_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("opensuction.evidence.lives.simulated_machine.MEMORY", tmp_path)
+    play(NOTHING)
+    assert list(tmp_path.iterdir()) == []
