@@ -76,7 +76,7 @@ class Life(NamedTuple):
 
 
 class LifeResult(NamedTuple):
-    """What came of a life."""
+    """Outcome of a life."""
 
     life: Life
     violations: tuple[BrokenInvariant, ...]
