@@ -129,6 +129,8 @@ _TICK, _DT, _OVERRUN, _CONDITIONS = (
 )
 _VALID = [i for i, name in enumerate(INPUT_COLUMNS) if name.endswith("_valid")]
 _PHASE = OUTPUT_COLUMNS.index("phase")
+_RESTING = frozenset(map(int, RESTING))
+"""As plain numbers: numpy takes 6 us to compare one of its own with a member of an enumeration."""
 _COMMANDS = _places(OUTPUT_COLUMNS, "commands")
 _PRESENT, _LATCHED = (OUTPUT_COLUMNS.index(name) for name in ("signals.present", "signals.latched"))
 _SENT_COMMANDS = _places(MESSAGE_COLUMNS, "commands")
@@ -180,7 +182,7 @@ class ControlLoop:
     @property
     def is_resting(self) -> bool:
         """True while it waits for a person."""
-        return self.tick > 0 and self._outputs[_PHASE] in RESTING
+        return self.tick > 0 and int(self._outputs[_PHASE]) in _RESTING
 
     def step(self, deadline_ns: int, skipped: int) -> None:
         """One tick. deadline_ns: when it was due. skipped: how many were missed before it."""
@@ -199,7 +201,7 @@ class ControlLoop:
             self._look_around()
         self._decide()
         self._send(requests)
-        if self._outputs[_PHASE] in RESTING:
+        if int(self._outputs[_PHASE]) in _RESTING:
             row[_LEFT_REST] = AT_REST
         elif row[_LEFT_REST] == AT_REST:
             row[_LEFT_REST] = self.tick

@@ -113,7 +113,7 @@ class _Player:
         """When the last fault that has come is over."""
         self._owed_s: list[float] = []
         """When a controller died in a cycle, and nothing was shown at the bedside."""
-        self._phase: Phase | None = None
+        self._phase = -1
         self._began_ns = machine.computer.now_ns
         self._events: list[LifeEvent] = []
         self._computer.watch, self._computer.tell = self._see, self._note
@@ -158,12 +158,12 @@ class _Player:
         self._trace += step.at_ns.to_bytes(8, "big") + step.pid.to_bytes(2, "big")
         if step.module != launch.CONTROL:
             return
-        seen = self._machine.look()
-        if seen is None or seen.phase == self._phase:
+        number = self._machine.display.phase_number()
+        if number in (self._phase, -1):
             return
-        self._phase = seen.phase
-        self._note(f"phase {name_of(seen.phase)}")
-        for one in [one for one in self._waiting if one.phase == seen.phase]:
+        self._phase = number
+        self._note(f"phase {name_of(Phase(number))}")
+        for one in [one for one in self._waiting if one.phase == number]:
             self._waiting.remove(one)
             self._come(one)
 

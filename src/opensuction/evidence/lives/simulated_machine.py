@@ -52,6 +52,7 @@ PATIENCE_S = 3.0
 MANAGER_S = 2.0
 """After it a supervisor that died is started again."""
 JUDGED_EVERY_S = 1.0
+LOOKED_STEPS = 16
 PREPARED = 64
 """Machines that a process keeps for lives to come."""
 _PHASE, _TICK = (ROW_COLUMNS.index(name) for name in ("outputs.phase", "inputs.tick"))
@@ -79,6 +80,18 @@ class Display:
 
     def __init__(self, folder: Path) -> None:
         self._ring = FollowedRing(folder / machine_folder.RING, lambda found: found == ROW_COLUMNS)
+        self._looked = 0
+
+    def phase_number(self) -> int:
+        """Number of the phase now, looked for in each step; -1 where no controller shows any.
+
+        Another controller is found within `LOOKED_STEPS` steps.
+        """
+        self._looked += 1
+        if self._looked % LOOKED_STEPS == 0:
+            self._ring.look()
+        newest = None if self._ring.reader is None else self._ring.reader.snapshot()
+        return -1 if newest is None else int(newest[1][_PHASE])
 
     def look(self) -> Situation | None:
         """State of the machine now; None where no controller has shown any."""
@@ -144,7 +157,7 @@ class SimulatedMachine:
                 VISITOR: lambda host, _: self._visitor(host),
             },
         )
-        self._display = Display(folder)
+        self.display = Display(folder)
         self._supervisor: Child | None = None
         self.has_cycled = False
         """The nurse's cycle is over."""
@@ -204,7 +217,7 @@ class SimulatedMachine:
 
     def look(self) -> Situation | None:
         """State of the machine now; see `Display.look`."""
-        return self._display.look()
+        return self.display.look()
 
     def pid_of(self, name: str) -> int | None:
         """Number of the process ``control``, ``recorder`` or ``supervisor``; None of none."""
