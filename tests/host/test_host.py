@@ -29,7 +29,9 @@ def simulated(test: Test, tmp_path: Path) -> None:
     assert process.poll() == 0
 
 
-@pytest.fixture(params=["this computer", "a simulated one"])
+@pytest.fixture(
+    params=[pytest.param("this computer", marks=pytest.mark.real_time), "a simulated one"]
+)
 def run(request: pytest.FixtureRequest, tmp_path: Path) -> Runner:
     return really if request.param == "this computer" else lambda test: simulated(test, tmp_path)
 

@@ -1,5 +1,7 @@
 """Lives under a simulated clock: the same for a seed, sound as they are, and broken by faults."""
 
+import gc
+from io import FileIO
 from pathlib import Path
 
 import pytest
@@ -16,11 +18,6 @@ from opensuction.runtime import recorder
 from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import SupervisedProcess
-
-# A process that is killed closes nothing: its file is closed when nobody knows it any more.
-pytestmark = pytest.mark.filterwarnings(
-    "ignore:unclosed file", "ignore::pytest.PytestUnraisableExceptionWarning"
-)
 
 NOTHING = LifeFault(Kind.SLOW, "", None, 0.0, 0.001)
 KILL_RECORDER = LifeFault(Kind.KILL, life_fault.RECORDER, Phase.INSERTING, 0.05, 0.0)
@@ -155,6 +152,12 @@ def test_faults_are_drawn_over_all_kinds_targets_and_places() -> None:
     assert max(lasting) > 9.0
     kills = life.draw(5, (Kind.KILL,)).faults
     assert {one.kind for one in kills} == {Kind.KILL}
+
+
+def test_the_file_of_a_recorder_that_was_killed_is_closed_with_its_life() -> None:
+    assert play(KILL_RECORDER).violations == ()
+    files = [one for one in gc.get_objects() if isinstance(one, FileIO) and not one.closed]
+    assert [one.name for one in files if str(one.name).endswith(".mcap")] == []
 
 
 def test_an_unknown_kind_of_fault_is_refused_in_one_line() -> None:

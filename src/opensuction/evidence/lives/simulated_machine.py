@@ -9,7 +9,7 @@ as a service manager does. A judge sees the twin's truth from outside.
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -246,6 +246,10 @@ class SimulatedMachine:
             self.run(JUDGED_EVERY_S)
         return self._supervisor.poll() == 0
 
+    def close(self) -> None:
+        """Let go of all that its processes have open."""
+        self.computer.close()
+
     def _bedside(self, host: Host, who: str) -> Bedside:
         made = Bedside(self.folder, host, who)
         made.is_impatient = self._was_impatient
@@ -285,7 +289,8 @@ def simulated(seed: int, machine_seed: int) -> Iterator[SimulatedMachine]:
     """A machine in a folder that is gone afterwards."""
     folder = Path(tempfile.mkdtemp(dir=MEMORY if MEMORY.is_dir() else None))
     try:
-        yield SimulatedMachine(folder, seed, machine_seed)
+        with closing(SimulatedMachine(folder, seed, machine_seed)) as made:
+            yield made
     finally:
         with suppress(OSError):
             shutil.rmtree(folder)
