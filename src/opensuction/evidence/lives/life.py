@@ -116,7 +116,7 @@ class _Player:
         self._phase = -1
         self._began_ns = machine.computer.now_ns
         self._events: list[LifeEvent] = []
-        self._computer.watch, self._computer.tell = self._see, self._note
+        self._computer.watch, self._computer.listen = self._see, self._note
 
     def play(self) -> LifeResult:
         machine, began_ns = self._machine, self._began_ns

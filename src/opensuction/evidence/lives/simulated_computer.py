@@ -6,27 +6,34 @@ that is killed does not do another step, and lets go of what the system holds fo
 frozen comes to its steps late. The same seed gives the same order of steps.
 """
 
-import errno
 import gc
 import heapq
 import random
 import signal
 import traceback
 import warnings
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from opensuction.evidence.lives.simulated_process import (
+    KILLED,
+    Activity,
+    SimulatedClock,
+    SimulatedDatagrams,
+    SimulatedInbox,
+    SimulatedLock,
+    SimulatedLocks,
+    SimulatedProcess,
+    SimulatedProcesses,
+    SimulatedWorker,
+)
 from opensuction.host.host import (
     NS_PER_S,
     Allowed,
     Child,
     Host,
-    Inbox,
-    Lock,
-    Outbox,
     Steps,
     Work,
     Worker,
@@ -39,10 +46,6 @@ FIRST_PID = 1000
 BEGAN_WALL_NS = 1_750_000_000 * NS_PER_S
 """UTC at the monotonic clock's zero: nothing is special about it."""
 SLOW = 20
-ROOM = 10
-"""Datagrams that wait at a path, as with the system's sockets."""
-KILLED = -signal.SIGKILL
-_ENDINGS = {0: "ended", KILLED: "was killed"}
 
 
 class MailShares(NamedTuple):
@@ -79,200 +82,6 @@ class Step(NamedTuple):
     module: str
 
 
-class _Activity:
-    """The steps of a process, or of a worker of it."""
-
-    def __init__(self, process: "_SimulatedProcess", work: Steps[None] | Work) -> None:
-        self.process, self.work = process, work
-        self.due_ns: int | None = None
-        """When it is called next; None: not before it is woken."""
-        self.number = 0
-        """Of the entry in the queue that counts; others have been overtaken."""
-        self.has_ended = False
-
-
-class _SimulatedProcess:
-    """See `host.Child`."""
-
-    def __init__(self, computer: "SimulatedComputer", pid: int, module: str, log: Path) -> None:
-        self.computer, self.module, self.log, self._pid = computer, module, log, pid
-        self.terminations = 0
-        self.status: int | None = None
-        self.frozen_until_ns = 0
-        self.busy_until_ns = 0
-        self.activities: list[_Activity] = []
-        self.locks: list[_Lock] = []
-        self.inboxes: list[_Inbox] = []
-
-    @property
-    def pid(self) -> int:
-        return self._pid
-
-    def poll(self) -> int | None:
-        return self.status
-
-    def send_signal(self, sig: int) -> None:
-        self.computer.signal(self.pid, sig)
-
-    def terminate(self) -> None:
-        self.send_signal(signal.SIGTERM)
-
-    def kill(self) -> None:
-        self.send_signal(signal.SIGKILL)
-
-    def wait(self, timeout: float | None = None) -> int:  # noqa: ARG002
-        if self.status is None:
-            raise RuntimeError("a simulated process is not waited for: look again later")
-        return self.status
-
-    def say(self, line: str) -> None:
-        """Add a line to its log."""
-        with self.log.open("a", encoding="utf-8") as file:
-            file.write(f"opensuction: {line}\n")
-
-    def end(self, status: int) -> None:
-        """It does nothing more, and the system takes back what it holds for it."""
-        self.status = status
-        self.computer.tell(f"{self.module.rpartition('.')[2]} {_ENDINGS.get(status, 'failed')}")
-        for lock in tuple(self.locks):
-            lock.close()
-        for inbox in tuple(self.inboxes):
-            inbox.abandon()
-
-
-class _Lock:
-    """A lock that a process holds."""
-
-    def __init__(self, process: _SimulatedProcess, path: Path) -> None:
-        self.process, self.path = process, path
-        process.locks.append(self)
-        process.computer.locks[path] = self
-
-    def close(self) -> None:
-        if self in self.process.locks:
-            self.process.locks.remove(self)
-            del self.process.computer.locks[self.path]
-
-
-class _Locks:
-    """See `host.Locks`."""
-
-    def __init__(self, process: _SimulatedProcess) -> None:
-        self._process = process
-
-    def take(self, path: Path) -> Lock | None:
-        return self.take_file(path)
-
-    def take_file(self, path: Path) -> Lock | None:
-        if not path.parent.is_dir():
-            raise FileNotFoundError(errno.ENOENT, "No such file or directory", str(path))
-        if path in self._process.computer.locks:
-            return None
-        return _Lock(self._process, path)
-
-    def holder(self, path: Path) -> int | None:
-        return self._process.computer.holder(path)
-
-
-class _Inbox:
-    """See `host.Inbox`."""
-
-    def __init__(self, process: _SimulatedProcess, path: Path) -> None:
-        if not path.parent.is_dir():
-            raise FileNotFoundError(errno.ENOENT, "No such file or directory", str(path))
-        self._process, self._path = process, path
-        self.waiting: deque[bytes] = deque()
-        process.inboxes.append(self)
-        process.computer.inboxes[path] = self
-
-    def receive(self, most: int) -> bytes | None:
-        return self.waiting.popleft()[:most] if self.waiting else None
-
-    def close(self) -> None:
-        self.abandon()
-
-    def abandon(self) -> None:
-        """Nobody listens any more."""
-        if self in self._process.inboxes:
-            self._process.inboxes.remove(self)
-        if self._process.computer.inboxes.get(self._path) is self:
-            del self._process.computer.inboxes[self._path]
-
-
-class _Outbox:
-    """See `host.Outbox`."""
-
-    def __init__(self, computer: "SimulatedComputer") -> None:
-        self._computer = computer
-
-    def send(self, path: Path, data: bytes) -> None:
-        inbox = self._computer.inboxes.get(path)
-        if inbox is None:
-            raise ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused")
-        if len(inbox.waiting) >= ROOM:
-            raise TimeoutError(errno.EAGAIN, "timed out")
-        self._computer.deliver(inbox, data)
-
-    def close(self) -> None:
-        pass
-
-
-class _Clock:
-    """See `host.Clock`."""
-
-    def __init__(self, computer: "SimulatedComputer") -> None:
-        self._computer = computer
-
-    def monotonic_ns(self) -> int:
-        return self._computer.now_ns
-
-    def wall_ns(self) -> int:
-        return self._computer.now_ns + self._computer.wall_offset_ns
-
-    def sleep_until(self, due_ns: int) -> None:
-        raise RuntimeError(f"a step of a simulated process sleeps until {due_ns} ns")
-
-
-class _Datagrams:
-    """See `host.Datagrams`."""
-
-    def __init__(self, process: _SimulatedProcess) -> None:
-        self._process = process
-
-    def listen(self, path: Path) -> Inbox:
-        return _Inbox(self._process, path)
-
-    def sender(self, patience_s: float) -> Outbox:  # noqa: ARG002
-        return _Outbox(self._process.computer)
-
-
-class _Processes:
-    """See `host.Processes`."""
-
-    def __init__(self, computer: "SimulatedComputer") -> None:
-        self._computer = computer
-
-    def spawn(self, module: str, arguments: Sequence[str], log: Path) -> Child:
-        return self._computer.spawn(module, arguments, log)
-
-    def signal(self, pid: int, number: int) -> None:
-        self._computer.signal(pid, number)
-
-
-class _SimulatedWorker:
-    """See `host.Worker`."""
-
-    def __init__(self, computer: "SimulatedComputer", activity: _Activity) -> None:
-        self._computer, self._activity = computer, activity
-
-    def wake(self) -> None:
-        self._computer.schedule(self._activity, self._computer.now_ns)
-
-    @property
-    def has_ended(self) -> bool:
-        return self._activity.has_ended
-
-
 @contextmanager
 def _not_hardened() -> Iterator[Allowed]:
     yield Allowed("fifo", memory_locked=True, refusals=())
@@ -285,21 +94,21 @@ class SimulatedComputer:
         """mains: the processes that can be started, by the name of their module."""
         self.now_ns = NS_PER_S
         self.wall_offset_ns = BEGAN_WALL_NS
-        self.locks: dict[Path, _Lock] = {}
-        self.inboxes: dict[Path, _Inbox] = {}
-        self.processes: dict[int, _SimulatedProcess] = {}
+        self.locks: dict[Path, SimulatedLock] = {}
+        self.inboxes: dict[Path, SimulatedInbox] = {}
+        self.processes: dict[int, SimulatedProcess] = {}
         self.crashes: list[str] = []
         """Errors that no process should have, with where they come from."""
         self.watch: Callable[[Step], None] = lambda _: None
         """Told of each step before it is done."""
-        self.tell: Callable[[str], None] = lambda _: None
+        self.listen: Callable[[str], None] = lambda _: None
         """Told of each process that begins or ends."""
         self.mail = MailShares()
         self.slow_until_ns = 0
         """Other work takes the processors until then: a step takes up to `SLOW` times as long."""
         self._mains, self._timing = mains, timing
         self._chance, self._tokens = random.Random(seed), random.Random(seed + 1)
-        self._queue: list[tuple[int, int, _Activity | Callable[[], object]]] = []
+        self._queue: list[tuple[int, int, Activity | Callable[[], object]]] = []
         self._number = 0
 
     def holder(self, path: Path) -> int | None:
@@ -307,10 +116,14 @@ class SimulatedComputer:
         lock = self.locks.get(path)
         return None if lock is None else lock.process.pid
 
+    def tell(self, what: str) -> None:
+        """Tell whoever listens that a process began or ended."""
+        self.listen(what)
+
     def spawn(self, module: str, arguments: Sequence[str], log: Path) -> Child:
         """See `host.Processes.spawn`."""
         pid = FIRST_PID + len(self.processes)
-        process = self.processes[pid] = _SimulatedProcess(self, pid, module, log)
+        process = self.processes[pid] = SimulatedProcess(self, pid, module, log)
         steps = self._mains[module](self._host_of(process), tuple(arguments))
         self.tell(f"{module.rpartition('.')[2]} is started")
         start_s = self._chance.uniform(*self._timing.start_s)
@@ -333,7 +146,7 @@ class SimulatedComputer:
         ends_ns = self.now_ns + round(seconds * NS_PER_S)
         process.frozen_until_ns = max(process.frozen_until_ns, ends_ns)
 
-    def deliver(self, inbox: _Inbox, data: bytes) -> None:
+    def deliver(self, inbox: SimulatedInbox, data: bytes) -> None:
         """Bring a datagram to where it is sent, or not, or later, or twice (`mail`)."""
         drawn, mail = self._chance.random(), self.mail
         if self.now_ns >= mail.until_ns:
@@ -358,7 +171,7 @@ class SimulatedComputer:
         """Do all steps that are due until an instant, in their order."""
         while self._queue and self._queue[0][0] <= ends_ns:
             due_ns, number, activity = heapq.heappop(self._queue)
-            if not isinstance(activity, _Activity):
+            if not isinstance(activity, Activity):
                 self.now_ns = max(self.now_ns, due_ns)
                 activity()
                 continue
@@ -384,7 +197,7 @@ class SimulatedComputer:
         with warnings.catch_warnings(action="ignore"):
             gc.collect()
 
-    def schedule(self, activity: _Activity, due_ns: int) -> None:
+    def schedule(self, activity: Activity, due_ns: int) -> None:
         """Have an activity go on at an instant, where it was not to do so before."""
         if activity.has_ended or (activity.due_ns is not None and activity.due_ns <= due_ns):
             return
@@ -392,20 +205,18 @@ class SimulatedComputer:
         late_ns = round(self._chance.random() * self._timing.late_s * NS_PER_S)
         self._queue_at(activity, max(due_ns, self.now_ns) + late_ns)
 
-    def _queue_at(self, activity: _Activity, at_ns: int) -> None:
+    def _queue_at(self, activity: Activity, at_ns: int) -> None:
         self._number += 1
         activity.number = self._number
         heapq.heappush(self._queue, (at_ns, self._number, activity))
 
-    def _begin(
-        self, process: _SimulatedProcess, work: Steps[None] | Work, due_ns: int
-    ) -> _Activity:
-        activity = _Activity(process, work)
+    def _begin(self, process: SimulatedProcess, work: Steps[None] | Work, due_ns: int) -> Activity:
+        activity = Activity(process, work)
         process.activities.append(activity)
         self.schedule(activity, due_ns)
         return activity
 
-    def _step(self, activity: _Activity) -> None:
+    def _step(self, activity: Activity) -> None:
         process, activity.due_ns = activity.process, None
         self.watch(Step(self.now_ns, process.pid, process.module))
         if process.status is not None or process.frozen_until_ns > self.now_ns:
@@ -434,15 +245,15 @@ class SimulatedComputer:
             if due_ns is not None:
                 self.schedule(activity, due_ns)
 
-    def _host_of(self, process: _SimulatedProcess) -> Host:
+    def _host_of(self, process: SimulatedProcess) -> Host:
         def begin_worker(work: Work) -> Worker:
-            return _SimulatedWorker(self, self._begin(process, work, self.now_ns))
+            return SimulatedWorker(self, self._begin(process, work, self.now_ns))
 
         return Host(
-            clock=_Clock(self),
-            locks=_Locks(process),
-            processes=_Processes(self),
-            datagrams=_Datagrams(process),
+            clock=SimulatedClock(self),
+            locks=SimulatedLocks(process),
+            processes=SimulatedProcesses(self),
+            datagrams=SimulatedDatagrams(process),
             token=self._tokens.randbytes,
             begin_worker=begin_worker,
             hardened=_not_hardened,
