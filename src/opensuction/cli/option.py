@@ -177,8 +177,9 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
     "life_seed": typer.Option("--seed", help="Seed of the first life.", min=0, metavar="N"),
     "life_faults": typer.Option(
         "--faults",
-        help="Kind of faults that are drawn; may be given several times. Default: all of them.",
-        metavar="KIND",
+        help="Kinds of faults that are drawn, with commas between them, or given several times. "
+        "Default: all of them.",
+        metavar="KINDS",
         autocompletion=completion.complete_from(completion.LIFE_FAULTS),
         show_default=False,
     ),

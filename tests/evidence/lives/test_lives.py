@@ -166,6 +166,7 @@ def test_the_file_of_a_recorder_that_was_killed_is_closed_with_its_life(
 
 def test_an_unknown_kind_of_fault_is_refused_in_one_line() -> None:
     assert life_fault.check_kinds(["mail", "kill", "mail"]) == (Kind.MAIL, Kind.KILL)
+    assert life_fault.check_kinds(["kill, freeze", "mail"]) == (Kind.KILL, Kind.FREEZE, Kind.MAIL)
     assert life_fault.check_kinds([]) == tuple(Kind)
     with pytest.raises(InputError, match="unknown kind of fault 'plague'; known: kill, freeze"):
         life_fault.check_kinds(["plague"])

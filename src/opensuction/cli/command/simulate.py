@@ -126,7 +126,7 @@ COMMAND = Command(
 Examples:
   opensuction simulate                         100 lives: some minutes
   opensuction simulate --lives 1000 --seed 5000
-  opensuction simulate --faults kill --faults freeze
+  opensuction simulate --faults kill,freeze
   opensuction simulate --play 4711             one life, event by event
   opensuction simulate --json | jq '.broken[].seed'
 

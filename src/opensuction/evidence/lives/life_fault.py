@@ -76,8 +76,12 @@ class LifeFault(NamedTuple):
 
 
 def check_kinds(names: Sequence[str]) -> tuple[Kind, ...]:
-    """Kinds by name; all of them for none. Raises InputError for an unknown one."""
+    """Kinds by name; all of them for none. Raises InputError for an unknown one.
+
+    names: each may be several, with commas between them.
+    """
     known = {str(kind): kind for kind in Kind}
+    names = [name.strip() for some in names for name in some.split(",")]
     for name in names:
         if name not in known:
             raise InputError(f"unknown kind of fault '{name}'; known: {', '.join(known)}")
