@@ -24,7 +24,8 @@ from opensuction.session.running import console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
 from tests.accounts.example import CHEAP
 from tests.console.served import HOST, free_port
-from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
+from tests.runtime.machine_room import running, wait
+from tests.runtime.room import INSIDE_MM, Room
 
 pytestmark = pytest.mark.real_time
 

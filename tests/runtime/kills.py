@@ -6,11 +6,7 @@ truth; what the dead had to say is looked for on disk and on record.
 
 import itertools
 import math
-import os
-import shutil
 import signal
-import tempfile
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
@@ -20,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.host.host import Child
-from opensuction.ipc.liveness import Heartbeat, Process, holder
+from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
 from opensuction.machine.twin.live_judge import LiveJudge
@@ -35,7 +31,7 @@ from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.runtime.identity import ABOUT
-from tests.runtime.machine_room import Room, wait
+from tests.runtime.room import Room
 
 VICTIMS = {
     "control": (CONTROLS,),
@@ -55,11 +51,30 @@ suction still on or not, at the speed of a withdrawal."""
 CYCLE_WITHIN_S = 40.0
 """Where the controller lives, the cycle ends as it would have."""
 TOLD_WITHIN_S = 5.0
+LOOK_S, RECORD_LOOK_S = 0.05, 0.5
 ON_RECORD_WITHIN_S = 60.0
 TIP, SAID, FIRED = (
     SHOWN_COLUMNS.index(name)
     for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired")
 )
+
+
+SUCTIONS_S = 7.5
+"""After the start's button the tip is at its depth, and suction is on."""
+
+
+class Death(NamedTuple):
+    """Who dies when, and who hangs from then on."""
+
+    victim: str
+    at_s: float
+    """After the start's button."""
+    hung: str | None
+
+
+AT_ITS_BEGINNING = (Death("all", 0.0, None), Death("supervisor", 0.0, "recorder"))
+"""The recorder has read nothing of the cycle yet, or nothing of its controller; once a cycle was on
+no record then."""
 
 
 class Fate(NamedTuple):
@@ -88,17 +103,21 @@ class Fate(NamedTuple):
     """What was not as it must be; empty where all was."""
 
 
-class Ward(Room):
+Kept = tuple[PastCycle, int, list[str]]
+"""A cycle on record, how many files it has, and what is wrong with them."""
+
+
+class Ward:
     """A room with a supervisor, which is replaced by whoever holds the campaign, as a system's
     service manager would."""
 
-    def __init__(self, folder: Path, out: Path) -> None:
-        super().__init__(folder)
-        self.out, self.truths = out, port.open_truth(folder)
-        self.witness = LiveJudge(port.open_truth(folder), self.cap_mm)
+    def __init__(self, room: Room, out: Path) -> None:
+        self.room, self.out = room, out
+        self.truths = port.open_truth(room.folder)
+        self.witness = LiveJudge(port.open_truth(room.folder), room.cap_mm)
         self.supervisor: Child | None = None
         self.seen: list[np.ndarray] = []
-        self.database = str(folder / "records.db")
+        self.database = str(room.folder / "records.db")
         self.hung: tuple[str, int] | None = None
         self.hung_s = self.replaced_s = math.inf
         """When it did, and when another one was there in its place; monotonic."""
@@ -106,63 +125,64 @@ class Ward(Room):
 
     def supervise(self) -> None:
         """Start a supervisor, and wait until everything works."""
-        self.supervisor = launch.spawn(self.folder, launch.SUPERVISOR, str(self.out))
+        room = self.room
+        self.supervisor = launch.spawn(
+            room.folder, launch.SUPERVISOR, str(self.out), host=room.host
+        )
         locks = (CONTROLS, RECORDS, SUPERVISES)
-        assert wait(
-            lambda: self._is_ticking() and all(map(self.holder, locks)) and self._is_recording(),
+        assert room.wait(
+            lambda: self._is_ticking() and all(map(room.holder, locks)) and self._is_recording(),
             120.0,
         )
 
     def _is_recording(self) -> bool:
-        return Heartbeat(self.folder).age_s(Process.RECORDER) < 0.5
+        return Heartbeat(self.room.folder, self.room.host).age_s(Process.RECORDER) < 0.5
 
     def _is_ticking(self) -> bool:
         self.meanwhile()
         try:
-            self.reopen()
-            first = self.now("inputs.tick")
+            self.room.reopen()
+            first = self.room.now("inputs.tick")
         except Exception:
             return False
-        time.sleep(0.05)
-        return self.now("inputs.tick") > first
+        self.room.rest(LOOK_S)
+        return self.room.now("inputs.tick") > first
 
-    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
-        """See `Room.begin_cycle`."""
-        assert wait(lambda: self._is_ticking() and self.phase() in RESTING, 60.0)
+    def begin_cycle(self) -> None:
+        """From whatever rest it has come to, to a cycle that has begun."""
+        room = self.room
+        assert room.wait(lambda: self._is_ticking() and room.phase() in RESTING, 60.0)
         # Of the death before people have been told, and the lamp is out again.
-        assert wait(lambda: not self._is_missing_somebody(), 10.0)
+        assert room.wait(lambda: not self._is_missing_somebody(), 10.0)
+        room.begin_cycle(self.meanwhile)
 
-        def look() -> None:
+    def follow(self, seconds: float) -> None:
+        """Let time go by, and see what the twin shows."""
+        ends_s = self.room.now_s() + seconds
+        while (left_s := ends_s - self.room.now_s()) > 0.0:
+            self.room.rest(min(left_s, 0.5))
             self.meanwhile()
-            meanwhile()
-
-        super().begin_cycle(look)
 
     def _is_missing_somebody(self) -> bool:
         self.meanwhile()
-        return self.is_recorder_missed()
+        return self.room.is_recorder_missed()
 
-    def last_on_record(self) -> int:
-        """Number of the machine's last cycle on record; 0 of none."""
+    def last_on_record(self) -> PastCycle | None:
+        """The machine's last cycle on record; None of none."""
         with Records.open(self.database) as records:
             last = records.history.list_cycles(ABOUT.machine.serial, 1)
-            return last[0].number if last else 0
+            return last[0] if last else None
 
     def is_settled(self) -> bool:
         """Everybody works, the machine rests, and the tip is out."""
-        return self._is_ticking() and self.phase() in RESTING and self.is_out()
-
-    def holder(self, lock: str) -> int | None:
-        return holder(self.folder / lock)
+        return self._is_ticking() and self.room.phase() in RESTING and self.room.is_out()
 
     def kill(self, victim: str, hung: str | None = None) -> None:
         """hung: who hangs from then on."""
         self._hang(hung)
-        self.killed_s = time.monotonic()
+        self.killed_s = self.room.now_s()
         for lock in VICTIMS[victim]:
-            pid = self.holder(lock)
-            if pid is not None:
-                os.kill(pid, signal.SIGKILL)
+            self.room.signal(self.room.holder(lock), signal.SIGKILL)
         if victim in ("supervisor", "all"):
             assert self.supervisor is not None
             self.supervisor.wait()
@@ -172,20 +192,20 @@ class Ward(Room):
         self.hung, self.hung_s, self.replaced_s = None, math.inf, math.inf
         if name is None:
             return
-        pid = self.holder(LOCKS[name])
+        pid = self.room.holder(LOCKS[name])
         assert pid is not None
-        os.kill(pid, signal.SIGSTOP)
-        self.hung, self.hung_s = (name, pid), time.monotonic()
+        self.room.signal(pid, signal.SIGSTOP)
+        self.hung, self.hung_s = (name, pid), self.room.now_s()
 
     def _look_for_its_successor(self) -> None:
-        now_s = time.monotonic()
+        now_s = self.room.now_s()
         if self.supervisor is None or self.hung is None or self.replaced_s < math.inf:
             return
-        beats = Heartbeat(self.folder)
+        beats = Heartbeat(self.room.folder, self.room.host)
         if beats.age_s(Process.SUPERVISOR) > now_s - self.killed_s:
             self.hung_s = now_s  # nobody looks after it yet
         name, pid = self.hung
-        if self.holder(LOCKS[name]) not in (None, pid):
+        if self.room.holder(LOCKS[name]) not in (None, pid):
             self.replaced_s = now_s
 
     def wait_for_the_successor(self) -> None:
@@ -193,9 +213,9 @@ class Ward(Room):
         if self.hung is None:
             return
         bound_s = BOUNDS_S[self.hung[0]] + REPLACED_S
-        while self.replaced_s == math.inf and time.monotonic() < self.hung_s + bound_s:
+        while self.replaced_s == math.inf and self.room.now_s() < self.hung_s + bound_s:
             self.meanwhile()
-            time.sleep(0.05)
+            self.room.rest(LOOK_S)
 
     def replacement_s(self) -> float:
         """How long what hung was in its place; 0 where nothing did."""
@@ -203,10 +223,7 @@ class Ward(Room):
 
     def close(self) -> None:
         for lock in (SUPERVISES, RECORDS, CONTROLS):
-            pid = self.holder(lock)
-            if pid is not None:
-                os.kill(pid, signal.SIGKILL)
-        super().close()
+            self.room.signal(self.room.holder(lock), signal.SIGKILL)
         if self.supervisor is not None:
             self.supervisor.wait()
 
@@ -218,18 +235,34 @@ class Ward(Room):
         assert not found.missed, f"{found.missed} ticks of the twin were not looked at"
         self.seen.append(found.rows[:, [TIP, SAID, FIRED]])
 
+    def beside(self, work: Callable[[], Kept]) -> Kept:
+        """Do work that takes its time, while the machine goes on."""
+        with ThreadPoolExecutor(1) as aside:
+            looked = aside.submit(work)
+            while not looked.done():
+                self.meanwhile()
+                self.room.rest(LOOK_S)
+        return looked.result()
+
+
+class SimulatedWard(Ward):
+    """A ward whose time does not go by while work is done."""
+
+    def beside(self, work: Callable[[], Kept]) -> Kept:
+        """See `Ward.beside`."""
+        return work()
+
 
 def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     """A cycle in which somebody dies. hung: who hangs from then on."""
     # The cycles of the campaign follow each other faster than any patient's.
     ward.witness.begin()
-    before = ward.last_on_record()
+    last = ward.last_on_record()
+    before = 0 if last is None else last.number
     ward.begin_cycle()
-    ends_s = time.monotonic() + at_s
-    while (left_s := ends_s - time.monotonic()) > 0.0:
-        time.sleep(min(left_s, 0.5))
-        ward.meanwhile()
-    phase, depth_mm = ward.phase(), ward.truth("truth.tip_mm")
+    ward.follow(at_s)
+    room = ward.room
+    phase, depth_mm = room.phase(), room.truth("truth.tip_mm")
     in_cycle = phase in CYCLE or phase == Phase.ABORTING
     ward.meanwhile()
     # A controller that hangs is as good as dead, to drives and people.
@@ -240,25 +273,29 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     if victim in ("supervisor", "all"):
         ward.supervise()
     bound_s = OUT_WITHIN_S if lost in ("control", "all") else CYCLE_WITHIN_S
-    ends_s = time.monotonic() + bound_s + TOLD_WITHIN_S
-    while time.monotonic() < ends_s:
+    ends_s = room.now_s() + bound_s + TOLD_WITHIN_S
+    while room.now_s() < ends_s:
         ward.meanwhile()
         told_s = _first_told_s(np.concatenate(ward.seen), lost, lit)
         if told_s < math.inf and ward.is_settled():
             break
-        time.sleep(0.05)
+        room.rest(LOOK_S)
     ward.meanwhile()
     rows = np.concatenate(ward.seen)
-    out_s, told_s = _last_inside_s(rows, ward.mouth_mm), _first_told_s(rows, lost, lit)
-    with ThreadPoolExecutor(1) as aside:
-        looked = aside.submit(_look_at_what_is_kept, ward, lost, in_cycle, before)
-        while not looked.done():
-            ward.meanwhile()
-            time.sleep(0.05)
-    cycle, recordings, wrong = looked.result()
+    out_s, told_s = _last_inside_s(rows, room.mouth_mm), _first_told_s(rows, lost, lit)
+
+    def has_ended() -> bool:
+        ward.meanwhile()
+        last = ward.last_on_record()
+        return last is not None and last.number > before and last.outcome is not None
+
+    has_its_end = room.wait(has_ended, ON_RECORD_WITHIN_S, RECORD_LOOK_S)
+    cycle, recordings, wrong = ward.beside(lambda: _look_at_what_is_kept(ward, lost, in_cycle))
+    if not has_its_end:
+        wrong.append(f"no end on record after cycle {before}")
     ward.wait_for_the_successor()
     if not ward.is_settled():
-        wrong.append(f"not at rest: {ward.phase().name}")
+        wrong.append(f"not at rest: {room.phase().name}")
     if out_s > bound_s:
         wrong.append(f"inside for {out_s:.1f} s")
     if told_s > TOLD_WITHIN_S:
@@ -326,22 +363,9 @@ def _first_told_s(rows: np.ndarray, victim: str, lit: bool) -> float:
     return float(found[0]) * 1e-3 if len(found) else float("inf")
 
 
-def _look_at_what_is_kept(
-    ward: Ward, victim: str, in_cycle: bool, before: int
-) -> tuple[PastCycle, int, list[str]]:
-    """The cycle on record, how many files it has, and what is wrong with them.
-
-    before: number of the one before.
-    """
+def _look_at_what_is_kept(ward: Ward, victim: str, in_cycle: bool) -> Kept:
     wrong = []
     with Records.open(ward.database) as records:
-
-        def has_ended() -> bool:
-            last = records.history.list_cycles(ABOUT.machine.serial, 1)
-            return bool(last) and last[0].number > before and last[0].outcome is not None
-
-        if not wait(has_ended, ON_RECORD_WITHIN_S):
-            wrong.append(f"no end on record after cycle {before}")
         cycle = records.history.list_cycles(ABOUT.machine.serial, 1)[0]
         broken = records.audit().broken
     if broken is not None:
@@ -378,12 +402,9 @@ def _look_at(file: Path) -> list[str] | None:
 
 
 @contextmanager
-def supervised() -> Iterator[Ward]:
+def kept_up(ward: Ward) -> Iterator[Ward]:
     """A machine whose processes may be killed, one cycle after another."""
-    folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
-    ward = Ward(folder, folder / "recordings")
     try:
         yield ward
     finally:
         ward.close()
-        shutil.rmtree(folder)

@@ -1,231 +1,29 @@
-"""A twin and a controller as processes, and who asks them and looks."""
+"""A machine's processes in real time on this computer."""
 
 import os
 import shutil
-import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
-import numpy as np
-import pytest
-
-from opensuction.controller.configuration import Configuration
-from opensuction.host.host import Child
-from opensuction.ipc.liveness import holder
-from opensuction.ipc.mailbox import Sender
-from opensuction.ipc.ring import RingReader
-from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
-from opensuction.machine import port
-from opensuction.machine.twin import twin_machine
-from opensuction.procedure.cycle.lock_out import Refusal
-from opensuction.runtime import launch, machine_folder
-from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.machine_folder import ASK, CONTROLS, RECORDS, RING
-from opensuction.safety.condition import Condition
-from opensuction.twin.plant import PlantState
-from tests.controller.bedside import hurried
-from tests.runtime.identity import ABOUT
+from opensuction.host.this_computer import THIS_COMPUTER
+from tests.runtime.room import Room
 
 LOCKSTEP = "tests.runtime.lockstep_process"
-PHASE_TICKS = "state.core.procedure.phase_ticks"
-PACES = [
-    pytest.param(True, marks=pytest.mark.sweep, id="in step"),
-    pytest.param(False, marks=pytest.mark.soak, id="in time"),
-]
-"""Of a machine whose processes' pace is not the point: whether it is in step, and what runs so."""
-REST_S = 1.0
-"""Between passes."""
-TOLD_LATE = 30
-"""Late ticks that a failed test lists, the last ones."""
-INSIDE_MM = 3.0
-"""Below the tube's end."""
-
-
-class Room:
-    """Both processes, and who asks and looks."""
-
-    def __init__(self, folder: Path, in_step: bool = False) -> None:
-        """in_step: no process of its own plays the machine, see `lockstep_process`."""
-        # Or a campaign of two hundred deaths would last half a day.
-        loop, state = hurried(REST_S)
-        self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
-        self.cap_mm = loop.controller.limits.cap_mm
-        launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
-        self.twin: Child | None = None
-        self.controller = LOCKSTEP if in_step else launch.CONTROL
-        if in_step:
-            plant = PlantState(state.machine, state.bedside)
-            twin_machine.prepare(folder, twin_machine.side_of(loop, seed=1), plant)
-        else:
-            self.twin = twin_machine.start(folder, loop, state, seed=1)
-        self.control: Child | None = None
-        self.recorder: Child | None = None
-        self.person = Sender(folder / ASK, "nurse")
-        self.mend()
-
-    def begin(self) -> None:
-        """Start a controller."""
-        self.control = launch.start_control(self.folder, module=self.controller)
-        self.reopen()
-
-    def mend(self) -> None:
-        """Undo what a test has done: a controller runs, and no recorder does."""
-        machine_folder.write(self.folder, ABOUT._replace(database=str(self.folder / "records.db")))
-        if self.recorder is not None:
-            self.recorder.kill()
-            self.recorder.wait()
-            self.recorder = None
-        if self.control is not None and self.control.poll() is not None:
-            self.begin()
-
-    def reopen(self) -> None:
-        """Look at the controller that there is now."""
-        self.rows = RingReader(self.folder / RING)
-
-    def stop(self) -> None:
-        """Kill the controller."""
-        assert self.control is not None
-        self.control.kill()
-        self.control.wait()
-
-    def record(self, out: Path) -> None:
-        """Start a recorder."""
-        log = launch.log_of(self.folder, launch.RECORDER)
-        self.said_before = len(log.read_text()) if log.exists() else 0
-        self.recorder = launch.start_recorder(self.folder, out)
-
-    def end_recorder(self, words: str = "") -> None:
-        """As it should end. words: with which what it has said begins; of a sound one nothing."""
-        assert self.recorder is not None
-        self.recorder.terminate()
-        assert self.recorder.wait(10.0) == 0
-        said = launch.log_of(self.folder, launch.RECORDER).read_text()[self.said_before :]
-        assert said.startswith(words), said
-        assert bool(said) == bool(words), said
-
-    def close(self) -> None:
-        self.person.close()
-        for process in (self.control, self.recorder, self.twin):
-            if process is not None:
-                process.kill()
-                process.wait()
-        # What a supervisor of this folder has started, where a test has failed.
-        for lock in (RECORDS, CONTROLS):
-            pid = holder(self.folder / lock)
-            if pid is not None:
-                os.kill(pid, signal.SIGKILL)
-
-    def now(self, name: str) -> float:
-        newest = self.rows.snapshot()
-        assert newest is not None
-        return float(newest[1][ROW_COLUMNS.index(name)])
-
-    def phase(self) -> Phase:
-        return Phase(int(self.now("outputs.phase")))
-
-    def is_recorder_missed(self) -> bool:
-        return int(self.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
-
-    def truth(self, name: str) -> float:
-        truth = port.open_truth(self.folder)
-        newest = truth.newest()
-        assert newest is not None
-        return float(newest[truth.columns.index(name)])
-
-    def ask(self, ask: str, key: str) -> None:
-        self.person.ask(ask, key, "2026-11-23T12:00:00Z")
-
-    def press(self, *buttons: str) -> None:
-        """One after the other, each with a key of its own."""
-        for button in buttons:
-            self.asked += 1
-            self.ask(button, f"key {self.asked}")
-            time.sleep(0.05)
-
-    def is_out(self) -> bool:
-        return self.truth("truth.tip_mm") < self.mouth_mm
-
-    def park(self, meanwhile: Callable[[], object] = lambda: None) -> None:
-        """From whatever rest it has come to, to parked.
-
-        meanwhile: done now and then.
-        """
-
-        def comes(holds: Callable[[], bool], seconds: float) -> bool:
-            return wait(lambda: (meanwhile(), holds())[1], seconds)
-
-        assert comes(lambda: self.phase() in RESTING, 60.0), self.state()
-        if self.now("outputs.counters.locked_out"):
-            self.press("service", "return_to_service")
-        # A reset brings home a head that is not there, and the machine halts again: the next parks.
-        for _ in range(2):
-            if self.phase() == Phase.HALTED:
-                halted_ticks = self.now(PHASE_TICKS)
-                self.press("reset")
-                assert comes(partial(self.is_past, halted_ticks), 2.0), self.state()
-                assert comes(lambda: self.phase() in RESTING, 60.0), self.state()
-        assert comes(lambda: self.phase() == Phase.PARKED, 5.0), self.state()
-
-    def is_past(self, halted_ticks: float) -> bool:
-        """Whether a halt that had lasted so long is over, if only for the next one.
-
-        A head that is nearly home gets there in a tick or two, which may be seen by nobody.
-        """
-        return self.phase() != Phase.HALTED or self.now(PHASE_TICKS) < halted_ticks
-
-    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
-        """From rest to a cycle that has begun, once the patient has rested.
-
-        meanwhile: done now and then.
-        """
-        self.park(meanwhile)
-        assert wait(lambda: (meanwhile(), self.now("outputs.counters.rest_left_s") == 0.0)[1])
-        self.press("assessed", "oxygen_skipped", "start")
-        begun = wait(lambda: (meanwhile(), self.phase() in CYCLE)[1], 2.0)
-        assert begun, f"no cycle begins: {self.state()}"
-
-    def reach(
-        self, there: Callable[[], bool], meanwhile: Callable[[], object] = lambda: None
-    ) -> None:
-        """Begin a cycle, and wait until it has come so far.
-
-        meanwhile: done now and then.
-        """
-        self.begin_cycle(meanwhile)
-        assert wait(lambda: (meanwhile(), there() or self.phase() == Phase.HALTED)[1], 60.0)
-        assert there(), f"the cycle did not come so far: {self.state()}"
-
-    def state(self) -> str:
-        """Phase, refusal and alarms in words, for a test that fails."""
-        refused = Refusal(int(self.now("outputs.counters.refusal")))
-        masks = {kind: int(self.now(f"outputs.signals.{kind}")) for kind in ("present", "latched")}
-        alarms = ", ".join(
-            f"{kind} {[one.name for one in Condition if mask >> one & 1]}"
-            for kind, mask in masks.items()
-        )
-        rows = RingReader(self.folder / RING).drain().rows
-        skipped = rows[:, ROW_COLUMNS.index("loop.skipped")]
-        late = np.flatnonzero(skipped)[-TOLD_LATE:]
-        where = ", ".join(f"{skipped[at]:.0f} before tick {at}" for at in late)
-        return (
-            f"{self.phase().name}, refused {refused.name}, {alarms}; in the last {len(rows)} ticks "
-            f"{skipped.sum():.0f} skipped{': ' * bool(where)}{where}"
-        )
-
-
 OPEN: list[Room] = []
 """Those that run now: of a test that fails it is told what they did."""
 
 
 @contextmanager
 def running(begins: bool = True, in_step: bool = False) -> Iterator[Room]:
-    """Both of them, in a folder of their own. begins: the controller, too. in_step: see `Room`."""
+    """Both of them, in a folder of their own. begins: the controller, too.
+
+    in_step: no process of its own plays the machine, see `lockstep_process`.
+    """
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
-    made = Room(folder, in_step)
+    made = Room(folder, THIS_COMPUTER, os.getpid(), LOCKSTEP if in_step else "")
     OPEN.append(made)
     try:
         if begins:

@@ -13,32 +13,32 @@ from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
 from opensuction.session.cycle import resolution
 from tests.runtime.kept import replayed, told_of
-from tests.runtime.machine_room import PACES, Room, running, wait
-
-pytestmark = pytest.mark.real_time
+from tests.runtime.simulated_room import SimulatedRoom, simulated
 
 FAULTS = ("encoder-frozen@inserting+0.2", "power-lost@suctioning", "message-lost@inserting+0.3")
 """Of a sensor, of the drives' energy, of the link."""
 
 
-@pytest.fixture(params=PACES)
-def room(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Room]:
-    with running(in_step=request.param) as made:
+@pytest.fixture
+def room(tmp_path: Path) -> Iterator[SimulatedRoom]:
+    with simulated() as made:
         made.record(tmp_path)
         yield made
 
 
-def test_cycles_with_faults_replay_and_the_oracle_finds_no_harm(room: Room, tmp_path: Path) -> None:
+def test_cycles_with_faults_replay_and_the_oracle_finds_no_harm(
+    room: SimulatedRoom, tmp_path: Path
+) -> None:
     witness = LiveJudge(port.open_truth(room.folder), room.cap_mm)
     for fault in FAULTS:
-        twin_faults.heal(room.folder)
-        assert wait(lambda: witness.look() > 0 and room.phase() in RESTING, 60.0)
+        twin_faults.heal(room.folder, room.host)
+        assert room.wait(lambda: witness.look() > 0 and room.phase() in RESTING, 60.0)
         witness.begin()
-        twin_faults.inject(room.folder, [resolution.parse(fault)])
+        twin_faults.inject(room.folder, [resolution.parse(fault)], room.host)
         room.begin_cycle(witness.look)
-        assert wait(lambda: (witness.look(), room.phase() in RESTING)[1], 60.0), fault
+        assert room.wait(lambda: (witness.look(), room.phase() in RESTING)[1], 60.0), fault
         assert room.phase() in (Phase.HALTED, Phase.PARKED)
-    assert wait(room.is_out)
+    assert room.wait(room.is_out)
     verdict = witness.verdict()
     assert verdict.harm == ()
     assert not verdict.inside_at_end

@@ -1,40 +1,33 @@
-"""Whoever dies in a cycle: the tip comes out, people are told, and what was kept is not lost."""
+"""Whoever dies in a cycle in real time: the tip comes out, people are told, the record is whole."""
 
 import itertools
 import json
 import random
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 import pytest
 
-from tests.runtime.kills import LOCKS, VICTIMS, Ward, one, supervised
-from tests.runtime.machine_room import INSIDE_MM
+from tests.runtime.kills import (
+    AT_ITS_BEGINNING,
+    LOCKS,
+    SUCTIONS_S,
+    VICTIMS,
+    Death,
+    Ward,
+    kept_up,
+    one,
+)
+from tests.runtime.machine_room import running
+from tests.runtime.room import INSIDE_MM
 
 pytestmark = pytest.mark.real_time
 
 CYCLE_S = 11.4
 """How long the neonate's cycle takes: the kill comes at any instant of it."""
-SUCTIONS_S = 7.5
-"""After the start's button the tip is at its depth, and suction is on."""
 EDGES_S = (0.0, 3.6, 4.2, 6.25, 7.0, 8.65, 10.6, 11.1)
 """About where its phases begin, and where it ends, after the start's button [computed]."""
 EDGE_S = 0.1
 """A death at an edge is this much before it at most, or after."""
-
-
-class Death(NamedTuple):
-    """Who dies when, and who hangs from then on."""
-
-    victim: str
-    at_s: float
-    """After the start's button."""
-    hung: str | None
-
-
-AT_ITS_BEGINNING = (Death("all", 0.0, None), Death("supervisor", 0.0, "recorder"))
-"""The recorder has read nothing of the cycle yet, or nothing of its controller; once a cycle was on
-no record then."""
 
 
 def deaths(count: int, seed: int) -> list[Death]:
@@ -58,7 +51,10 @@ def deaths(count: int, seed: int) -> list[Death]:
 
 @pytest.fixture(scope="module")
 def ward() -> Iterator[Ward]:
-    with supervised() as made:
+    with (
+        running(begins=False) as room,
+        kept_up(Ward(room, room.folder / "recordings")) as made,
+    ):
         yield made
 
 
@@ -66,8 +62,7 @@ def ward() -> Iterator[Ward]:
     "victim",
     [
         "control",
-        pytest.param("supervisor", marks=pytest.mark.sweep),
-        *(pytest.param(one, marks=pytest.mark.soak) for one in ("recorder", "all")),
+        *(pytest.param(one, marks=pytest.mark.soak) for one in ("recorder", "supervisor", "all")),
     ],
 )
 def test_whoever_dies_with_the_tip_inside_it_comes_out_and_the_record_has_its_end(
@@ -78,12 +73,10 @@ def test_whoever_dies_with_the_tip_inside_it_comes_out_and_the_record_has_its_en
     assert fate.depth_mm > INSIDE_MM
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("victim", "at_s", "hung"),
-    [
-        *(pytest.param(*one, marks=pytest.mark.sweep) for one in AT_ITS_BEGINNING),
-        *(pytest.param(*one, marks=pytest.mark.soak) for one in deaths(200, seed=2)),
-    ],
+    [*AT_ITS_BEGINNING, *deaths(200, seed=2)],
 )
 def test_whoever_dies_or_hangs_at_any_instant_of_a_cycle_leaves_the_tip_outside(
     ward: Ward,

@@ -7,7 +7,8 @@ import time
 import pytest
 
 from opensuction.kernel.vocabulary import CYCLE, Phase
-from tests.runtime.machine_room import INSIDE_MM, running, wait
+from tests.runtime.machine_room import running, wait
+from tests.runtime.room import INSIDE_MM
 
 pytestmark = pytest.mark.real_time(machine_s=0.5)
 

@@ -17,21 +17,13 @@ from opensuction.runtime.control_process import settings_file
 from opensuction.runtime.machine_folder import CONFIGURATION, EVENTS, MARK, RING
 from tests.runtime.identity import ABOUT
 from tests.runtime.kept import replayed, ticks_of, told_of
-from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
-
-pytestmark = pytest.mark.real_time
+from tests.runtime.room import INSIDE_MM, Room
+from tests.runtime.simulated_room import simulated
 
 
 @pytest.fixture
 def room() -> Iterator[Room]:
-    with running(in_step=True) as made:
-        yield made
-
-
-@pytest.fixture
-def apart() -> Iterator[Room]:
-    """A machine that outlives its controller, and whose ring lasts as long as it should."""
-    with running() as made:
+    with simulated() as made:
         yield made
 
 
@@ -44,11 +36,11 @@ def is_followed(room: Room) -> bool:
 def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path / "kept")
     # A recording is whole where its recorder has followed the second before it.
-    assert wait(lambda: is_followed(room))
+    assert room.wait(lambda: is_followed(room))
     followed = room.now("inputs.tick")
-    assert wait(lambda: room.now("inputs.tick") > followed + 1500.0)
+    assert room.wait(lambda: room.now("inputs.tick") > followed + 1500.0)
     room.reach(lambda: room.phase() == Phase.CLOSING)
-    assert wait(lambda: room.phase() == Phase.PARKED)
+    assert room.wait(lambda: room.phase() == Phase.PARKED)
     room.end_recorder()
     path = sorted((tmp_path / "kept").glob("*.mcap"))[-1]
     ticks = ticks_of(path)
@@ -71,9 +63,7 @@ def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path:
         assert records.audit().broken is None
 
 
-@pytest.mark.sweep
-def test_killed_it_is_missed_and_another_goes_on_where_it_was(apart: Room, tmp_path: Path) -> None:
-    room = apart
+def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     assert room.recorder is not None
@@ -83,10 +73,10 @@ def test_killed_it_is_missed_and_another_goes_on_where_it_was(apart: Room, tmp_p
     first = sorted(tmp_path.glob("*.mcap"))[-1]
     # This test's own way to look included.
     assert last - ticks_of(first)[-1, 0] < 250.0
-    assert wait(room.is_recorder_missed, 4.0)
+    assert room.wait(room.is_recorder_missed, 4.0)
     room.record(tmp_path)
-    assert wait(lambda: not room.is_recorder_missed(), 5.0)
-    assert wait(lambda: room.phase() in RESTING)
+    assert room.wait(lambda: not room.is_recorder_missed(), 5.0)
+    assert room.wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     second = first.with_name(f"{first.stem}-2.mcap")
     # The ring had what nobody wrote.
@@ -110,17 +100,15 @@ def test_killed_it_is_missed_and_another_goes_on_where_it_was(apart: Room, tmp_p
         )
 
 
-@pytest.mark.sweep
-def test_of_a_controller_that_was_killed_everything_is_kept(apart: Room, tmp_path: Path) -> None:
-    room = apart
+def test_of_a_controller_that_was_killed_everything_is_kept(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     room.stop()
     last = room.now("inputs.tick")
     before = sorted(tmp_path.glob("*.mcap"))[-1]
     room.begin()
-    assert wait(lambda: "controller-restarted" in done(room))
-    assert wait(lambda: room.phase() in RESTING)
+    assert room.wait(lambda: "controller-restarted" in done(room))
+    assert room.wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     assert ticks_of(before)[-1, 0] == last
     with Records.open(str(room.folder / "records.db")) as records:
@@ -138,9 +126,7 @@ def done(room: Room) -> set[str]:
         return {one.what for one in records.history.list_actions("twin-1", 20)}
 
 
-@pytest.mark.soak
-def test_after_the_death_of_both_nothing_of_either_is_missing(apart: Room, tmp_path: Path) -> None:
-    room = apart
+def test_after_the_death_of_both_nothing_of_either_is_missing(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     assert room.recorder is not None
@@ -151,7 +137,7 @@ def test_after_the_death_of_both_nothing_of_either_is_missing(apart: Room, tmp_p
     first = sorted(tmp_path.glob("*.mcap"))[-1]
     room.begin()
     room.record(tmp_path)
-    assert wait(lambda: room.phase() in RESTING)
+    assert room.wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     second = first.with_name(f"{first.stem}-2.mcap")
     kept = np.concatenate((ticks_of(first)[:, 0], ticks_of(second)[:, 0]))
@@ -163,7 +149,6 @@ def test_after_the_death_of_both_nothing_of_either_is_missing(apart: Room, tmp_p
         assert records.audit().broken is None
 
 
-@pytest.mark.sweep
 def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     room: Room, tmp_path: Path
 ) -> None:
@@ -177,10 +162,10 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     (tmp_path / "away").write_text("no folder")
     room.record(tmp_path)
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
-    assert wait(room.is_recorder_missed, 4.0)
+    assert room.wait(room.is_recorder_missed, 4.0)
     (tmp_path / "away").unlink()
-    assert wait(lambda: not room.is_recorder_missed(), 6.0)
-    assert wait(lambda: room.phase() in RESTING)
+    assert room.wait(lambda: not room.is_recorder_missed(), 6.0)
+    assert room.wait(lambda: room.phase() in RESTING)
     room.end_recorder("opensuction: not kept: ")
     with Records.open(str(database)) as records:
         assert records.history.list_cycles("twin-1", 1)[0].requested_by == "nurse"
@@ -188,7 +173,6 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
         assert "RECORDER_LOST" in conditions
 
 
-@pytest.mark.sweep
 def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
     room: Room, tmp_path: Path
 ) -> None:
@@ -198,14 +182,13 @@ def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
     room.record(tmp_path)
     machine_folder.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
-    assert wait(lambda: room.phase() in RESTING)
+    assert room.wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     with Records.open(database) as records:
         cycles = records.history.list_cycles("twin-1", 9)
         assert {one.catheter for one in cycles} == {"c-2"}
 
 
-@pytest.mark.sweep
 def test_other_settings_are_taken_at_rest_and_recorded_as_what_they_are(
     room: Room, tmp_path: Path
 ) -> None:
@@ -220,11 +203,11 @@ def test_other_settings_are_taken_at_rest_and_recorded_as_what_they_are(
     room.record(tmp_path)
     (room.folder / settings_file("k-1")).write_text(configuration.to_json(other))
     room.ask("set_protocol", "k-1")
-    assert wait(lambda: ("k-1", "set") in verdicts(room))
+    assert room.wait(lambda: ("k-1", "set") in verdicts(room))
     (room.folder / settings_file("k-2")).write_text("{}")
     for key in ("k-2", "k-3", "../k"):
         room.ask("set_protocol", key)
-        assert wait(lambda key=key: key in dict(verdicts(room)))  # type: ignore[misc]
+        assert room.wait(lambda key=key: key in dict(verdicts(room)))  # type: ignore[misc]
     said = dict(verdicts(room))
     assert said["k-2"].startswith("refused: controller settings")
     assert said["k-3"] == "refused: no settings of this key"
@@ -232,8 +215,8 @@ def test_other_settings_are_taken_at_rest_and_recorded_as_what_they_are(
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     (room.folder / settings_file("k-4")).write_text(text)
     room.ask("set_protocol", "k-4")
-    assert wait(lambda: ("k-4", "not at rest") in verdicts(room))
-    assert wait(lambda: room.phase() in RESTING)
+    assert room.wait(lambda: ("k-4", "not at rest") in verdicts(room))
+    assert room.wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     path = sorted(tmp_path.glob("*.mcap"))[-1]
     reader = RecordingReader(path)

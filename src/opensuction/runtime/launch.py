@@ -10,7 +10,7 @@ from pathlib import Path
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.host.host import Child, Host, Steps, after, finish
+from opensuction.host.host import Child, Clock, Host, Steps, after, finish
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.ipc.mailbox import PATIENCE_S, Sender
@@ -109,7 +109,9 @@ def last_words(folder: Path, module: str) -> str:
     return lines[-1].removeprefix("opensuction: ") if lines else ""
 
 
-def start_control(folder: Path, period_ns: int = PERIOD_NS, module: str = CONTROL) -> Child:
+def start_control(
+    folder: Path, period_ns: int = PERIOD_NS, module: str = CONTROL, host: Host = THIS_COMPUTER
+) -> Child:
     """The control process on the machine of a folder; returns once it ticks.
 
     module: that is run; another one in its place takes the same arguments. Raises InputError where
@@ -117,30 +119,33 @@ def start_control(folder: Path, period_ns: int = PERIOD_NS, module: str = CONTRO
     """
     ring = folder / RING
     before = _inode(ring)
-    process = spawn(folder, module, str(period_ns))
+    process = spawn(folder, module, str(period_ns), host=host)
     return _wait(
-        folder, module, process, lambda: _inode(ring) not in (0, before) and _has_rows(ring)
+        folder, module, process, lambda: _inode(ring) not in (0, before) and _has_rows(ring), host
     )
 
 
-def start_recorder(folder: Path, out: Path) -> Child:
+def start_recorder(folder: Path, out: Path, host: Host = THIS_COMPUTER) -> Child:
     """The recorder of a folder's controller; returns once it has given a sign of life.
 
     Raises InputError where it does not.
     """
-    clock = THIS_COMPUTER.clock
-    heartbeat, before_ns = Heartbeat(folder), clock.monotonic_ns()
-    process = spawn(folder, RECORDER, str(out))
+    clock = host.clock
+    heartbeat, before_ns = Heartbeat(folder, host), clock.monotonic_ns()
+    process = spawn(folder, RECORDER, str(out), host=host)
     return _wait(
         folder,
         RECORDER,
         process,
         lambda: heartbeat.age_s(Process.RECORDER) < (clock.monotonic_ns() - before_ns) * 1e-9,
+        host,
     )
 
 
-def _wait(folder: Path, module: str, process: Child, works: Callable[[], bool]) -> Child:
-    if finish(_starting(process, works), THIS_COMPUTER.clock):
+def _wait(
+    folder: Path, module: str, process: Child, works: Callable[[], bool], host: Host
+) -> Child:
+    if finish(_starting(process, works, host.clock), host.clock):
         return process
     process.kill()
     process.wait()
@@ -149,9 +154,8 @@ def _wait(folder: Path, module: str, process: Child, works: Callable[[], bool]) 
     raise InputError(f"the {title} does not run: {words}")
 
 
-def _starting(process: Child, works: Callable[[], bool]) -> Steps[bool]:
+def _starting(process: Child, works: Callable[[], bool], clock: Clock) -> Steps[bool]:
     """Steps until a process works; false where it does not."""
-    clock = THIS_COMPUTER.clock
     ends_ns = after(clock, BEGINS_S)
     while clock.monotonic_ns() < ends_ns and process.poll() is None:
         if works():

@@ -25,7 +25,8 @@ from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.browser.console.conftest import TABLET
 from tests.cli.command import Process, begun, wait_for
 from tests.console.served import free_port
-from tests.runtime.machine_room import INSIDE_MM, wait
+from tests.runtime.machine_room import wait
+from tests.runtime.room import INSIDE_MM
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

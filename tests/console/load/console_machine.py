@@ -19,7 +19,8 @@ from opensuction.session.running import console_settings
 from opensuction.session.running.console_settings import ConsoleSettings
 from tests.accounts.example import CHEAP
 from tests.console.served import HOST, employ_all, free_port
-from tests.runtime.machine_room import Room, running, wait
+from tests.runtime.machine_room import running, wait
+from tests.runtime.room import Room
 
 CONSOLE = "opensuction.console.console_process"
 STARTS_S = 120.0

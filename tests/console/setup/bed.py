@@ -17,7 +17,8 @@ from opensuction.runtime import machine_folder
 from opensuction.session.running import basis
 from tests.accounts.example import CHEAP
 from tests.console.served import PORT, Served, employ_all, make_site
-from tests.runtime.machine_room import Room, running, wait
+from tests.runtime.machine_room import running, wait
+from tests.runtime.room import Room
 from tests.session.running.test_basis import at_bed
 
 PATIENT = "neonate"

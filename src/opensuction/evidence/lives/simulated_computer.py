@@ -46,6 +46,7 @@ FIRST_PID = 1000
 BEGAN_WALL_NS = 1_750_000_000 * NS_PER_S
 """UTC at the monotonic clock's zero: nothing is special about it."""
 SLOW = 20
+NEVER_NS = 1 << 62
 
 
 class MailShares(NamedTuple):
@@ -124,6 +125,7 @@ class SimulatedComputer:
         """See `host.Processes.spawn`."""
         pid = FIRST_PID + len(self.processes)
         process = self.processes[pid] = SimulatedProcess(self, pid, module, log)
+        log.touch()
         steps = self._mains[module](self._host_of(process), tuple(arguments))
         self.tell(f"{module.rpartition('.')[2]} is started")
         start_s = self._chance.uniform(*self._timing.start_s)
@@ -131,7 +133,7 @@ class SimulatedComputer:
         return process
 
     def signal(self, pid: int, number: int) -> None:
-        """See `host.Processes.signal`; SIGKILL and SIGTERM alone have an effect."""
+        """See `host.Processes.signal`; SIGKILL, SIGTERM, SIGSTOP and SIGCONT have an effect."""
         process = self.processes[pid]
         if process.status is not None:
             return
@@ -139,6 +141,13 @@ class SimulatedComputer:
             process.end(KILLED)
         elif number == signal.SIGTERM:
             process.terminations += 1
+        elif number == signal.SIGSTOP:
+            process.frozen_until_ns = NEVER_NS
+        elif number == signal.SIGCONT:
+            process.frozen_until_ns = self.now_ns
+            for activity in process.activities:
+                if activity.due_ns is not None:
+                    self._queue_at(activity, max(activity.due_ns, self.now_ns))
 
     def freeze(self, pid: int, seconds: float) -> None:
         """Keep a process from its steps for a time."""

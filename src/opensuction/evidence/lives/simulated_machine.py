@@ -8,14 +8,14 @@ as a service manager does. A judge sees the twin's truth from outside.
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.controller.configuration import Configuration
-from opensuction.evidence.lives.simulated_computer import SimulatedComputer
+from opensuction.evidence.lives.simulated_computer import Main, SimulatedComputer
 from opensuction.host.host import NS_PER_S, Child, Host, Steps, after
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import EventReader, FollowedRing
@@ -55,6 +55,13 @@ JUDGED_EVERY_S = 1.0
 LOOKED_STEPS = 16
 PREPARED = 64
 """Machines that a process keeps for lives to come."""
+PROCESSES: Mapping[str, Main] = {
+    twin_machine.PROCESS: lambda host, told: twin_process.steps(host, Path(told[0])),
+    launch.CONTROL: lambda host, told: control_process.steps(host, Path(told[0]), int(told[1])),
+    launch.RECORDER: lambda host, told: recorder_process.steps(host, *map(Path, told)),
+    launch.SUPERVISOR: lambda host, told: supervisor.steps(host, *map(Path, told)),
+}
+"""Processes of a machine, by their modules."""
 _PHASE, _TICK = (ROW_COLUMNS.index(name) for name in ("outputs.phase", "inputs.tick"))
 _REST = ROW_COLUMNS.index("outputs.counters.rest_left_s")
 
@@ -147,12 +154,7 @@ class SimulatedMachine:
         self.computer = SimulatedComputer(
             seed,
             {
-                twin_machine.PROCESS: lambda host, told: twin_process.steps(host, Path(told[0])),
-                launch.CONTROL: lambda host, told: control_process.steps(
-                    host, Path(told[0]), int(told[1])
-                ),
-                launch.RECORDER: lambda host, told: recorder_process.steps(host, *map(Path, told)),
-                launch.SUPERVISOR: lambda host, told: supervisor.steps(host, *map(Path, told)),
+                **PROCESSES,
                 NURSE: lambda host, _: self._nurse(host),
                 VISITOR: lambda host, _: self._visitor(host),
             },

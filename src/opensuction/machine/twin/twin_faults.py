@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from opensuction.host.host import after
+from opensuction.host.host import Host, after
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import EventReader, ProcessEvent
 from opensuction.kernel.errors import InputError
@@ -65,7 +65,7 @@ def check(faults: Sequence[Injection]) -> None:
             )
 
 
-def inject(folder: Path, faults: Sequence[Injection]) -> None:
+def inject(folder: Path, faults: Sequence[Injection], host: Host = THIS_COMPUTER) -> None:
     """Put faults into the twin that plays in a folder; returns once it has them.
 
     Their instants in seconds count from now, those of a phase from when the controller's next
@@ -82,12 +82,12 @@ def inject(folder: Path, faults: Sequence[Injection]) -> None:
         )
         for one in faults
     ]
-    _ask(folder, {"faults": plain})
+    _ask(folder, {"faults": plain}, host)
 
 
-def heal(folder: Path) -> None:
+def heal(folder: Path, host: Host = THIS_COMPUTER) -> None:
     """Mend all that is broken, and forget what was to come; the bus stays. See `inject`."""
-    _ask(folder, {"heal": True})
+    _ask(folder, {"heal": True}, host)
 
 
 def ride(folder: Path, carrier: Bus) -> None:
@@ -121,11 +121,11 @@ def _events(folder: Path) -> list[ProcessEvent]:
     return EventReader(folder / EVENTS).read()[0]
 
 
-def _ask(folder: Path, message: dict[str, Any]) -> None:
+def _ask(folder: Path, message: dict[str, Any], host: Host = THIS_COMPUTER) -> None:
     """Send it, and wait for the answer."""
-    clock = THIS_COMPUTER.clock
+    clock = host.clock
     key = str(clock.monotonic_ns())
-    with closing(THIS_COMPUTER.datagrams.sender(PATIENCE_S)) as sender:
+    with closing(host.datagrams.sender(PATIENCE_S)) as sender:
         try:
             events = EventReader(folder / EVENTS)
             sender.send(folder / CHANGE, json.dumps({"key": key, **message}).encode())

@@ -65,13 +65,19 @@ def side_of(loop: Loop, seed: int) -> MachineSide:
 
 
 def start(
-    folder: Path, loop: Loop, state: LoopState, seed: int, carrier: Bus | None = None
+    folder: Path,
+    loop: Loop,
+    state: LoopState,
+    seed: int,
+    carrier: Bus | None = None,
+    host: Host = THIS_COMPUTER,
 ) -> Child:
     """Start the twin of a loop in a folder, at rest; returns once it plays.
 
     carrier: as `launch` takes it. Raises InputError as `launch` does.
     """
-    return launch(folder, side_of(loop, seed), PlantState(state.machine, state.bedside), carrier)
+    plant = PlantState(state.machine, state.bedside)
+    return launch(folder, side_of(loop, seed), plant, carrier, host)
 
 
 def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
@@ -83,7 +89,13 @@ def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
     port.name_backend(folder, port.TWIN)
 
 
-def launch(folder: Path, side: MachineSide, plant: PlantState, carrier: Bus | None = None) -> Child:
+def launch(
+    folder: Path,
+    side: MachineSide,
+    plant: PlantState,
+    carrier: Bus | None = None,
+    host: Host = THIS_COMPUTER,
+) -> Child:
     """Start the twin in a folder; returns once it plays.
 
     carrier: the bus between it and its controllers; None where messages are there at once. Raises
@@ -93,7 +105,6 @@ def launch(folder: Path, side: MachineSide, plant: PlantState, carrier: Bus | No
         wires = link.on_bus(side.wiring.link, carrier, DT_S)
         side = side._replace(wiring=side.wiring._replace(link=wires))
     prepare(folder, side, plant)
-    host = THIS_COMPUTER
     # A process of its own, which outlives whoever started it.
     process = host.processes.spawn(PROCESS, (str(folder),), folder / LOG)
     if finish(_starting(folder, process, host), host.clock):
@@ -114,12 +125,12 @@ def _starting(folder: Path, process: Child, host: Host) -> Steps[bool]:
     return False
 
 
-def change(folder: Path, side: MachineSide) -> None:
+def change(folder: Path, side: MachineSide, host: Host = THIS_COMPUTER) -> None:
     """Have the twin in a folder play another machine, to which its faults come from now on.
 
     For what no fault of the table does to it; see `twin_faults` for those.
     """
-    with closing(THIS_COMPUTER.datagrams.sender(PATIENCE_S)) as sender:
+    with closing(host.datagrams.sender(PATIENCE_S)) as sender:
         sender.send(folder / CHANGE, plain_row.pack(MachineSide, side).tobytes())
 
 

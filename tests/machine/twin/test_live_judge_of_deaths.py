@@ -1,6 +1,5 @@
 """The judge beside processes that die: what it finds of a machine that runs."""
 
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -12,22 +11,18 @@ from opensuction.machine.twin.live_judge import LiveJudge
 from opensuction.oracle.harm import LEFT_INSIDE
 from opensuction.safety.condition import Condition
 from tests.controller.bedside import at_bed
-from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
-
-pytestmark = pytest.mark.real_time
+from tests.runtime.room import INSIDE_MM, Room
+from tests.runtime.simulated_room import simulated
 
 
 @pytest.fixture
 def room() -> Iterator[Room]:
-    with running() as made:
+    with simulated() as made:
         yield made
 
 
-def follow(witness: LiveJudge, seconds: float) -> None:
-    ends = time.monotonic() + seconds
-    while time.monotonic() < ends:
-        witness.look()
-        time.sleep(0.05)
+def follow(room: Room, witness: LiveJudge, seconds: float) -> None:
+    room.wait(lambda: witness.look() < 0, seconds)
 
 
 def killed_in_the_airway(room: Room, witness: LiveJudge) -> float:
@@ -38,7 +33,7 @@ def killed_in_the_airway(room: Room, witness: LiveJudge) -> float:
         return room.truth("truth.tip_mm") > INSIDE_MM
 
     # The twin was there first, and its drives have said so: a person resets them once they listen.
-    assert wait(lambda: room.truth("alone") == 0.0)
+    assert room.wait(lambda: room.truth("alone") == 0.0)
     room.press("reset")
     room.reach(is_inside)
     witness.look()
@@ -52,13 +47,12 @@ def cap_mm() -> float:
     return at_bed("neonate")[0].controller.limits.cap_mm
 
 
-@pytest.mark.soak
 def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drives_say_so(
     room: Room,
 ) -> None:
     witness = LiveJudge(port.open_truth(room.folder), cap_mm())
     at_s = killed_in_the_airway(room, witness)
-    follow(witness, 3.0)
+    follow(room, witness, 3.0)
     found = witness.verdict()
     assert not found.inside_at_end
     assert at_s - 0.1 < found.last_inside_s < at_s + 3.0
@@ -66,14 +60,14 @@ def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drive
     fired = [one for one in drives if one.condition == Condition.WATCHDOG_FIRED]
     assert fired[0].at_s < at_s + 0.5
     room.begin()
-    assert wait(lambda: witness.look() >= 0 and room.phase() in RESTING)
-    assert wait(lambda: witness.look() >= 0 and room.truth("alone") == 0.0)
+    assert room.wait(lambda: witness.look() >= 0 and room.phase() in RESTING)
+    assert room.wait(lambda: witness.look() >= 0 and room.truth("alone") == 0.0)
     room.press("reset")
-    assert wait(lambda: witness.look() >= 0 and witness.verdict().showing == ())
+    assert room.wait(lambda: witness.look() >= 0 and witness.verdict().showing == ())
     again_s = witness.now_s
     room.stop()
     room.control = None
-    follow(witness, 1.0)
+    follow(room, witness, 1.0)
     found = witness.verdict()
     assert Condition.WATCHDOG_FIRED in [one.condition for one in found.told_since(again_s)]
     assert found.harm == ()
@@ -81,16 +75,17 @@ def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drive
     assert len([one for one in found.runs if one.borne.in_airway_s > 0.0]) == 1
 
 
-@pytest.mark.sweep
 def test_it_finds_the_catheter_that_drives_without_a_watchdog_leave_inside(room: Room) -> None:
     witness, side = (
         LiveJudge(port.open_truth(room.folder), cap_mm()),
         twin_machine.read_side(room.folder),
     )
     deaf = side.wiring.watchdog._replace(silence_s=1e9)
-    twin_machine.change(room.folder, side._replace(wiring=side.wiring._replace(watchdog=deaf)))
+    twin_machine.change(
+        room.folder, side._replace(wiring=side.wiring._replace(watchdog=deaf)), room.host
+    )
     at_s = killed_in_the_airway(room, witness)
-    follow(witness, 3.0)
+    follow(room, witness, 3.0)
     found = witness.verdict()
     assert found.inside_at_end
     assert LEFT_INSIDE in [one.name for one in found.harm]
