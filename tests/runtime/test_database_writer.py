@@ -62,6 +62,21 @@ def test_a_cycle_that_was_stored_and_comes_again_is_one_cycle_with_its_own_end(
     assert [one.outcome for one in cycles] == [Outcome.COMPLETED] * 2
 
 
+def test_one_that_comes_again_from_who_did_not_hear_who_asked_has_its_end(tmp_path: Path) -> None:
+    """Killed after it had heard the request and noted that: the next one hears of nobody."""
+    database = tmp_path / "records.db"
+    stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
+    again = begun(500)._replace(what=Begun("unknown", recorder.name_of(RUN, 500)))
+
+    def go_on(clerk: DatabaseWriter) -> None:
+        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 400))
+        clerk.put(again, CONTEXT)
+        clerk.put(ended(9000), CONTEXT)
+
+    (cycle,) = stored(database, go_on)
+    assert (cycle.requested_by, cycle.outcome) == ("nurse", Outcome.COMPLETED)
+
+
 def test_one_of_which_nothing_comes_any_more_is_ended_as_not_seen(tmp_path: Path) -> None:
     database = tmp_path / "records.db"
     stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))

@@ -179,7 +179,9 @@ class DatabaseWriter:
         what, key, at = entry.what, entry.key, entry.at
         machine = context.about.machine
         if isinstance(what, Begun):
-            self._cycle = records.begin_cycle(_start_of(what, context), key, at)
+            # A recorder that died may have put it on record, and have heard more of who asked.
+            begun = _find_begun(records, machine.serial, what.recording)
+            self._cycle = begun or records.begin_cycle(_start_of(what, context), key, at)
         elif isinstance(what, CycleEnd):
             if self._cycle is not None:
                 self._end(records, self._cycle, entry)
@@ -233,6 +235,14 @@ def _bind(records: Records, name: str, notes: Flushed, machine: Machine) -> None
         notes.drop(name)
         raise
     notes.drop(name)
+
+
+def _find_begun(records: Records, machine: str, recording: str) -> str | None:
+    """The cycle of a recording that is on record and has not ended; None where there is none."""
+    for one in records.unfinished_cycles():
+        if one.machine == machine and one.recording == recording:
+            return one.id
+    return None
 
 
 def _start_of(begun: Begun, context: Context) -> CycleStart:
