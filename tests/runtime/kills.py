@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.host.host import Child
+from opensuction.host.host import Child, after
 from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
@@ -51,7 +51,7 @@ suction still on or not, at the speed of a withdrawal."""
 CYCLE_WITHIN_S = 40.0
 """Where the controller lives, the cycle ends as it would have."""
 TOLD_WITHIN_S = 5.0
-LOOK_S, RECORD_LOOK_S = 0.05, 0.5
+LOOK_S, RECORD_LOOK_S, FOLLOWS_S = 0.05, 0.5, 0.5
 ON_RECORD_WITHIN_S = 60.0
 TIP, SAID, FIRED = (
     SHOWN_COLUMNS.index(name)
@@ -158,9 +158,9 @@ class Ward:
 
     def follow(self, seconds: float) -> None:
         """Let time go by, and see what the twin shows."""
-        ends_s = self.room.now_s() + seconds
-        while (left_s := ends_s - self.room.now_s()) > 0.0:
-            self.room.rest(min(left_s, 0.5))
+        clock, ends_ns = self.room.host.clock, after(self.room.host.clock, seconds)
+        while clock.monotonic_ns() < ends_ns:
+            clock.sleep_until(min(ends_ns, after(clock, FOLLOWS_S)))
             self.meanwhile()
 
     def _is_missing_somebody(self) -> bool:
