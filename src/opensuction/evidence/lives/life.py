@@ -5,22 +5,20 @@ The judges are the oracle, by the twin's truth alone, and the records and record
 
 import hashlib
 import random
-from collections.abc import Iterator
-from contextlib import closing
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from opensuction.evidence.lives import life_fault, simulated_machine
+from opensuction.evidence.lives import life_fault, record_judge, simulated_machine
 from opensuction.evidence.lives.life_fault import ALL, CONTROL, LASTS, TARGETS, Kind, LifeFault
+from opensuction.evidence.lives.record_judge import BrokenInvariant
 from opensuction.evidence.lives.simulated_computer import MailShares, Step
 from opensuction.evidence.lives.simulated_machine import SERIAL, SimulatedMachine
+from opensuction.evidence.lives.step_watch import STEADY_S, StepWatch
 from opensuction.host.host import NS_PER_S
-from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import RESTING, Phase, name_of
 from opensuction.machine.twin.live_judge import Verdict
-from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
-from opensuction.records.records import Records
-from opensuction.runtime import launch, replay
+from opensuction.runtime import launch
+from opensuction.safety.condition import Condition
 
 MACHINES = 1000
 """Machines and patients that lives are drawn from."""
@@ -28,8 +26,15 @@ LONGEST_S = 90.0
 """A life that has not settled by then never does."""
 SETTLES_S = 3.0
 """So long after the last fault is over a life has settled, where the machine rests and works."""
-TOLD_S, EARLY_S = 5.0, 0.1
-"""Within this time people are told; the twin's clock is known to the life's within the other."""
+TOLD_S, EARLY_S = 1.0, 0.1
+"""Within this time people are told of a controller's death, by the twin's clock; they may have been
+just before."""
+MISSED_S, USED_S = 3.0, 1.5
+"""Within this time they are told of another process that does nothing: half a second until the
+controller misses it, two until it says so. It is missed where it has worked for so long."""
+STANDS_S = 1.0
+"""Of one that stands still for longer they are told as of one that died."""
+MODULES = dict(zip(TARGETS, (launch.CONTROL, launch.RECORDER, launch.SUPERVISOR), strict=False))
 ENDS_S = 150.0
 """Within this time all processes end that are told to."""
 MAIL = MailShares(lost=0.33, twice=0.33, late=0.33)
@@ -37,23 +42,21 @@ TRACE, STEP_BYTES = 16, 10
 """Letters of the hash of a life, and bytes of a step in what it is made from."""
 
 
-class BrokenInvariant(NamedTuple):
-    """Something that must not be."""
-
-    invariant: str
-    """One of `INVARIANTS`."""
-    detail: str
-
-
 INVARIANTS = {
     "crash": "no process ends by an error that it does not know",
     "harm": "no bound of harm is broken",
     "outside": "at the end the tip is outside, or somebody is told",
-    "told": "people are told within 5 s of a controller that dies in a cycle",
+    "told": "people are told within 1 s of a controller that dies in a cycle, 3 s of another",
+    "hang": "a process that hangs is ended in time, and no other",
+    "press": "each press is answered, carried out once, in its order and soon",
     "stop": "a STOP that was answered has been acted on",
-    "rest": "the machine comes to rest, and its processes work",
-    "record": "every cycle has its end on record, and the audit trail verifies",
+    "rest": "the machine comes to rest after a cycle, and its processes work",
+    "record": "every cycle is on record as it ended, and the audit trail verifies",
     "recording": "every recording can be read and replays bit for bit",
+    "rows": "each row that was published is in a recording once; what is missing was told",
+    "kept": "each cycle, alarm, request and file of a recording is on record once",
+    "ticks": "a controller counts every tick that it misses",
+    "memory": "a controller undoes no limit of the one before, nor forgets that it died in a cycle",
     "end": "told to end, everything ends",
 }
 """What must hold in every life."""
@@ -111,12 +114,16 @@ class _Player:
         """Faults whose phase has not begun."""
         self._over_ns = 0
         """When the last fault that has come is over."""
-        self._owed_s: list[float] = []
-        """When a controller died in a cycle, and nothing was shown at the bedside."""
         self._phase = -1
         self._began_ns = machine.computer.now_ns
+        self._found: list[BrokenInvariant] = []
+        """While it was played."""
+        self._watch = StepWatch(self._began_ns, lambda said: self._break("hang", said))
+        self._strikes = False
+        """A fault comes now."""
         self._events: list[LifeEvent] = []
-        self._computer.watch, self._computer.listen = self._see, self._note
+        self._computer.watch, self._computer.listen = self._see, self._hear
+        machine.unanswered = self._miss
 
     def play(self) -> LifeResult:
         machine, began_ns = self._machine, self._began_ns
@@ -127,6 +134,7 @@ class _Player:
         while not self._is_settled() and self._computer.now_ns < most_ns:
             machine.run(SETTLES_S)
         found = self._judge_before_the_end()
+        self._watch.is_over = True
         if not machine.end(ENDS_S):
             found.append(BrokenInvariant("end", f"not within {ENDS_S:g} s"))
         found += self._judge_what_is_left()
@@ -136,15 +144,31 @@ class _Player:
         trace = hashlib.sha256(self._trace + truth.encode()).hexdigest()[:TRACE]
         steps = len(self._trace) // STEP_BYTES
         events = sorted([*self._events, *self._told(verdict)])
-        told_s = [one.at_s for one in self._told(verdict)]
-        for due_s in self._owed_s:
-            if not any(due_s - EARLY_S <= at_s <= due_s + TOLD_S for at_s in told_s):
-                found.append(BrokenInvariant("told", f"nobody is, of a death at {due_s:.3f} s"))
+        found += self._found
         return LifeResult(self._life, tuple(found), steps, simulated_s, trace, tuple(events))
 
     def _note(self, what: str) -> None:
         at_s = (self._computer.now_ns - self._began_ns) / NS_PER_S
         self._events.append(LifeEvent(at_s, what))
+
+    def _break(self, invariant: str, said: str) -> None:
+        at_s = (self._computer.now_ns - self._began_ns) / NS_PER_S
+        self._found.append(BrokenInvariant(invariant, f"{said}, at {at_s:.3f} s"))
+
+    def _hear(self, what: str) -> None:
+        """Note that a process began or ended."""
+        self._note(what)
+        if not self._strikes:
+            name, _, how = what.partition(" ")
+            if how == "was killed":
+                self._watch.hear_killed(name, self._computer.now_ns)
+
+    def _miss(self, sent_ns: int) -> None:
+        """Nobody has answered a person: there must be a reason."""
+        before_ns = sent_ns - round(STEADY_S * NS_PER_S)
+        works = self._watch.is_steady(launch.CONTROL, before_ns, self._computer.now_ns)
+        if works and self._computer.mail.until_ns <= sent_ns:
+            self._break("press", "a person is not answered")
 
     def _told(self, verdict: Verdict) -> Iterator[LifeEvent]:
         """Annunciations, from the twin's clock to the life's."""
@@ -156,6 +180,7 @@ class _Player:
     def _see(self, step: Step) -> None:
         """Note a step; where a phase has begun, faults that wait for it come so long after."""
         self._trace += step.at_ns.to_bytes(8, "big") + step.pid.to_bytes(2, "big")
+        self._watch.see(step)
         if step.module != launch.CONTROL:
             return
         number = self._machine.display.phase_number()
@@ -179,14 +204,20 @@ class _Player:
         self._computer.at(due_ns, lambda: self._strike(fault))
 
     def _strike(self, fault: LifeFault) -> None:
-        """Bring a fault about, now."""
-        computer, machine = self._computer, self._machine
+        """Bring a fault about, now, of which people are told where they must be."""
         self._note(f"fault {fault.title}")
+        if fault.kind is Kind.KILL or (fault.target and fault.seconds > STANDS_S):
+            self._owe(fault)
+        self._strikes = True
+        self._do(fault)
+        self._strikes = False
+
+    def _do(self, fault: LifeFault) -> None:
+        computer, machine = self._computer, self._machine
         names = TARGETS[:-1] if fault.target == ALL else (fault.target,)
         pids = [pid for name in names if (pid := machine.pid_of(name)) is not None]
         match fault.kind:
             case Kind.KILL:
-                self._owe(names)
                 for pid in pids:
                     computer.processes[pid].kill()
             case Kind.FREEZE | Kind.STANDSTILL:
@@ -203,13 +234,45 @@ class _Player:
             case Kind.IMPATIENT:
                 machine.hurry()
 
-    def _owe(self, names: tuple[str, ...]) -> None:
-        """Note that people are to be told of a death."""
-        seen = self._machine.look()
-        in_cycle = seen is not None and seen.phase not in RESTING
-        lives = self._machine.pid_of(CONTROL) is not None
-        if CONTROL in names and lives and in_cycle and not self._machine.judge.verdict().showing:
-            self._owed_s.append((self._computer.now_ns - self._began_ns) / NS_PER_S)
+    def _owe(self, fault: LifeFault) -> None:
+        """Have people told of a fault that is about to come: of whoever dies, or stands still."""
+        now_ns = self._computer.now_ns
+        names = TARGETS[:-1] if fault.target == ALL else (fault.target,)
+        seen, verdict = self._machine.look(), self._machine.judge.verdict()
+        from_s, shown = verdict.now_s - EARLY_S, verdict.showing
+        if CONTROL in names:
+            in_cycle = seen is not None and seen.phase not in RESTING
+            lives = self._machine.pid_of(CONTROL) is not None
+            if in_cycle and lives and Condition.WATCHDOG_FIRED not in shown:
+                self._look_again(TOLD_S, lambda: self._judge_death(from_s))
+        elif Condition.RECORDER_LOST not in shown and self._works(*names, since_ns=now_ns):
+            self._look_again(MISSED_S, lambda: self._judge_loss(now_ns, from_s, names))
+
+    def _works(self, *names: str, since_ns: int) -> bool:
+        """True where these processes have been at work for a while before an instant."""
+        from_ns = since_ns - round(USED_S * NS_PER_S)
+        now_ns = self._computer.now_ns
+        return all(self._watch.is_steady(MODULES[name], from_ns, now_ns) for name in names)
+
+    def _look_again(self, seconds: float, judge: Callable[[], None]) -> None:
+        self._computer.at(self._after(seconds), judge)
+
+    def _judge_death(self, from_s: float) -> None:
+        """The drives have acted on their own and told so, on a twin that plays."""
+        verdict = self._machine.judge.verdict()
+        told = [one.condition for one in verdict.told_since(from_s)]
+        if Condition.WATCHDOG_FIRED in (*told, *verdict.showing):
+            return
+        if verdict.now_s - from_s < TOLD_S:  # it has stood still itself
+            self._look_again(TOLD_S, lambda: self._judge_death(from_s))
+        else:
+            self._break("told", "nobody is that the drives act on their own")
+
+    def _judge_loss(self, lost_ns: int, from_s: float, names: tuple[str, ...]) -> None:
+        """A controller that has been at work since has told of a recorder or a supervisor."""
+        told = [one.condition for one in self._machine.judge.verdict().told_since(from_s)]
+        if self._works(CONTROL, since_ns=lost_ns) and Condition.RECORDER_LOST not in told:
+            self._break("told", f"nobody is, of a {names[0]} that does nothing")
 
     def _after(self, seconds: float) -> int:
         return self._computer.now_ns + round(seconds * NS_PER_S)
@@ -227,6 +290,8 @@ class _Player:
             found.append(
                 BrokenInvariant("outside", f"the tip at {verdict.end_mm:.1f} mm, nobody told")
             )
+        if not machine.has_cycled:
+            found.append(BrokenInvariant("rest", "no cycle took place"))
         if not self._is_at_rest():
             seen = machine.look()
             missing = [name for name in TARGETS[:-1] if machine.pid_of(name) is None]
@@ -238,35 +303,6 @@ class _Player:
         machine = self._machine
         found = [BrokenInvariant("crash", one) for one in self._computer.crashes]
         found += [BrokenInvariant("stop", one) for one in machine.problems]
-        if machine.database.exists():
-            found += _judge_records(machine.database)
-        for file in sorted(machine.out.glob("*.mcap")):
-            found += _judge_recording(file)
-        return found
-
-
-def _judge_records(database: Path) -> list[BrokenInvariant]:
-    """Violations by the records."""
-    with Records.open(str(database)) as records:
-        broken = records.audit().broken
-        open_cycles = [
-            one for one in records.history.list_cycles(SERIAL, limit=100) if one.outcome is None
-        ]
-    found = [] if broken is None else [BrokenInvariant("record", f"audit: {broken}")]
-    return found + [
-        BrokenInvariant("record", f"cycle {one.number} has no end") for one in open_cycles
-    ]
-
-
-def _judge_recording(file: Path) -> list[BrokenInvariant]:
-    """Violations by a recording; one without a row is that of a recorder that died."""
-    try:
-        with closing(RecordingReader(file)) as reader:
-            verdict = replay.replay(reader)
-    except NothingRecordedError:
-        return []
-    except InputError as error:
-        return [BrokenInvariant("recording", f"cannot be read: {str(error).rpartition('/')[2]}")]
-    if not verdict.identical:
-        return [BrokenInvariant("recording", f"replay differs: {verdict.first}")]
-    return [BrokenInvariant("recording", str(reader.flaw))] if reader.is_damaged else []
+        runs, away_s = machine.witness.runs, self._watch.away_ns / NS_PER_S
+        found += record_judge.judge_presses(runs, machine.asked_ns)
+        return found + list(record_judge.judge(runs, machine.out, machine.database, SERIAL, away_s))

@@ -8,8 +8,9 @@ from typing import NamedTuple
 from opensuction import __version__
 from opensuction.evidence import worker_pool
 from opensuction.evidence.lives import life
-from opensuction.evidence.lives.life import INVARIANTS, BrokenInvariant, LifeEvent, LifeResult
+from opensuction.evidence.lives.life import INVARIANTS, LifeEvent, LifeResult
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
+from opensuction.evidence.lives.record_judge import BrokenInvariant
 
 SECONDS_PER_H = 3600.0
 

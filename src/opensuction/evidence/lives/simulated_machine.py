@@ -8,7 +8,7 @@ as a service manager does. A judge sees the twin's truth from outside.
 
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from opensuction.controller.configuration import Configuration
 from opensuction.evidence.lives.simulated_computer import Main, SimulatedComputer
+from opensuction.evidence.lives.witness import Witness
 from opensuction.host.host import NS_PER_S, Child, Host, Steps, after
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import EventReader, FollowedRing
@@ -117,6 +118,10 @@ class Bedside(Display):
         super().__init__(folder)
         self._folder, self._host, self._who, self._asked = folder, host, who, 0
         self.is_impatient = False
+        self.asked_ns: dict[str, int] = {}
+        """When a request was sent, by its key."""
+        self.unanswered: Callable[[int], None] = lambda _: None
+        """Told when a request was sent that nobody has answered by now."""
 
     def press(self, button: str) -> Steps[str]:
         """Press a button; the verdict, empty where there is none within `PATIENCE_S`."""
@@ -126,8 +131,10 @@ class Bedside(Display):
             events = EventReader(self._folder / machine_folder.EVENTS)
             events.read()
             sender = Sender(self._folder / machine_folder.ASK, self._who, 0.0, self._host)
-            for number in range(1 + self.is_impatient):
-                sender.ask(button, key if number == 0 else f"{key}-again", "2025-06-15T15:06:40Z")
+            sent_ns = clock.monotonic_ns()
+            for name in (key, f"{key}-again")[: 1 + self.is_impatient]:
+                self.asked_ns[name] = sent_ns
+                sender.ask(button, name, "2025-06-15T15:06:40Z")
         except InputError:
             return ""
         ends_ns = after(clock, PATIENCE_S)
@@ -136,6 +143,7 @@ class Bedside(Display):
             for one in events.read()[0]:
                 if one.fields.get("key") == key:
                     return str(one.fields["verdict"])
+        self.unanswered(sent_ns)
         return ""
 
 
@@ -151,6 +159,8 @@ class SimulatedMachine:
         """What people at the bed have seen that must not be."""
         self._bedsides: list[Bedside] = []
         self._was_impatient = False
+        self.unanswered: Callable[[int], None] = lambda _: None
+        """See `Bedside.unanswered`."""
         self.computer = SimulatedComputer(
             seed,
             {
@@ -159,7 +169,7 @@ class SimulatedMachine:
                 VISITOR: lambda host, _: self._visitor(host),
             },
         )
-        self.display = Display(folder)
+        self.display, self.witness = Display(folder), Witness(folder)
         self._supervisor: Child | None = None
         self.has_cycled = False
         """The nurse's cycle is over."""
@@ -208,6 +218,7 @@ class SimulatedMachine:
             step_ns = round(JUDGED_EVERY_S * NS_PER_S)
             self.computer.run_until(min(self.computer.now_ns + step_ns, ends_ns))
             self.judge.look()
+            self.witness.look()
             self._manage()
 
     def _manage(self) -> None:
@@ -224,6 +235,11 @@ class SimulatedMachine:
     def pid_of(self, name: str) -> int | None:
         """Number of the process ``control``, ``recorder`` or ``supervisor``; None of none."""
         return self.computer.holder(self.folder / f"{name}.lock")
+
+    @property
+    def asked_ns(self) -> dict[str, int]:
+        """Instant at which each request of a person was sent, by its key."""
+        return {key: at_ns for one in self._bedsides for key, at_ns in one.asked_ns.items()}
 
     def visit(self) -> None:
         """Have a second person stop the machine."""
@@ -255,8 +271,12 @@ class SimulatedMachine:
     def _bedside(self, host: Host, who: str) -> Bedside:
         made = Bedside(self.folder, host, who)
         made.is_impatient = self._was_impatient
+        made.unanswered = self._leave_unanswered
         self._bedsides.append(made)
         return made
+
+    def _leave_unanswered(self, sent_ns: int) -> None:
+        self.unanswered(sent_ns)
 
     def _nurse(self, host: Host) -> Steps[None]:
         """Start one cycle, and bring the machine back to its park position for ever."""

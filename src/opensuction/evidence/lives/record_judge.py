@@ -1,0 +1,286 @@
+"""Judge of what is left of a life: its recordings and records, held against what was published.
+
+Whatever a controller has published while the machine was not at rest is in a recording once and as
+it was; each cycle, alarm and request is on record once. Rows may be missing where a recorder was
+away for longer than the ring holds, and as many as were told.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.evidence.lives.witness import Published, Sums, WitnessedRun, sums_of
+from opensuction.host.host import NS_PER_S
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import STOP
+from opensuction.kernel.record import Array
+from opensuction.kernel.vocabulary import RESTING, Phase
+from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader, Rows
+from opensuction.recording.cycle_file.row_schema import TICKS
+from opensuction.records.entry import Outcome
+from opensuction.records.history import PastAction, PastCycle
+from opensuction.records.records import Records
+from opensuction.runtime import recorder, replay
+from opensuction.runtime.control_process import PERIOD_NS
+from opensuction.runtime.database_writer import UNSEEN
+from opensuction.runtime.journal import MACHINE, SUPERVISOR, in_words
+from opensuction.runtime.machine_folder import SLOTS_S
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
+
+MOST = 1000
+"""Entries of a life, of each kind."""
+AWAY_S = SLOTS_S - 2.0
+"""A recorder that was away for no longer has missed nothing: it reads what came before it is ready.
+"""
+SOON_S = 2.1
+"""Later nobody means the machine any more that was pressed at."""
+CLOCK_S = 1e-6
+"""Rounding of instants."""
+
+
+class BrokenInvariant(NamedTuple):
+    """Something that must not be."""
+
+    invariant: str
+    """One of `life.INVARIANTS`."""
+    detail: str
+
+
+class Kept(NamedTuple):
+    """Rows that the recordings of a run hold."""
+
+    tick: Array
+    sums: Sums
+
+
+def judge(
+    runs: Sequence[WitnessedRun], out: Path, database: Path, serial: str, away_s: float
+) -> Iterator[BrokenInvariant]:
+    """Violations by what is left.
+
+    out: folder of the recordings. serial: of the machine. away_s: for how long no recorder did
+    anything, at the longest.
+    """
+    files = sorted(out.glob("*.mcap"))
+    for file in files:
+        yield from _judge_recording(file)
+    published = [(one, rows) for one in runs if (rows := one.published()) is not None]
+    yield from _judge_runs([rows for _, rows in published])
+    if not database.exists():
+        yield BrokenInvariant("record", "there is none")
+        return
+    with Records.open(str(database)) as records:
+        audit = records.audit()
+        if audit.broken is not None:
+            yield BrokenInvariant("record", f"audit: {audit.broken}")
+        cycles = records.history.list_cycles(serial, limit=MOST)
+        for one in cycles:
+            if one.outcome is None:
+                yield BrokenInvariant("record", f"cycle {one.number} has no end")
+        actions = records.history.list_actions(serial, limit=MOST)
+        missed = sum(
+            int(one.detail.split(maxsplit=1)[0]) for one in actions if one.what == "rows-missed"
+        )
+        yield from _judge_twice(actions)
+        if missed and away_s < AWAY_S:
+            yield BrokenInvariant("kept", f"{missed} rows, though none was away {away_s:.1f} s")
+        kept, unfinished = _read_kept(files)
+        yield from _judge_rows(published, kept, missed)
+        if missed:
+            return  # what happened in them nobody knows
+        yield from _judge_cycles(published, cycles)
+        yield from _judge_files(records, files, unfinished)
+        alarms = [one.condition for one in records.history.list_alarms(serial, limit=MOST)]
+        wanted = [name for _, rows in published for name in _alarms_of(rows)]
+        yield from _compare("alarms", Counter(wanted), Counter(alarms))
+        people = [one for one in actions if one.done_by not in (MACHINE, SUPERVISOR)]
+        done = Counter(f"{one.what} by {one.done_by}: {one.detail}" for one in people)
+        yield from _compare("requests", Counter(_requests_of(runs)), done)
+
+
+def _judge_twice(actions: Sequence[PastAction]) -> Iterator[BrokenInvariant]:
+    """Violations by what a supervisor did once and is on record more often."""
+    said = [one._replace(id="", number=0) for one in actions if one.done_by == SUPERVISOR]
+    for one, times in Counter(said).items():
+        if times > 1:
+            yield BrokenInvariant("kept", f"{one.what} is on record {times} times")
+
+
+def _judge_files(
+    records: Records, files: Sequence[Path], unfinished: set[Path]
+) -> Iterator[BrokenInvariant]:
+    """Violations by what is on record of the recordings' files."""
+    for file in files:
+        bound = records.history.find_recording(file.name)
+        if bound is None and file.stat().st_size:
+            yield BrokenInvariant("kept", f"what {file.name} holds is not on record")
+        elif bound is not None and bound.file.is_closed and file in unfinished:
+            yield BrokenInvariant("recording", f"{file.name} was closed, and has no end")
+
+
+def judge_presses(
+    runs: Sequence[WitnessedRun], asked_ns: Mapping[str, int]
+) -> Iterator[BrokenInvariant]:
+    """Violations by what became of people's presses.
+
+    asked_ns: when each was sent, by its key, in their order.
+    """
+    numbers = {key: number for number, key in enumerate(asked_ns)}
+    for run in runs:
+        last: dict[str, int] = {}
+        for fields in (one.fields for one in run.events if one.fields["kind"] == "request"):
+            key, who, ask = str(fields["key"]), str(fields["who"]), str(fields["ask"])
+            if fields["verdict"] != "pressed" or ask == STOP or key not in numbers:
+                continue
+            waited_s = (int(fields["time_ns"]) - asked_ns[key]) / NS_PER_S
+            if waited_s > SOON_S:
+                yield BrokenInvariant("press", f"{key} ({ask}) {waited_s:.1f} s after it was sent")
+            if numbers[key] <= last.get(who, -1):
+                yield BrokenInvariant("press", f"{key} ({ask}) twice, or after a later one")
+            last[who] = numbers[key]
+
+
+def _compare(what: str, wanted: Counter[str], found: Counter[str]) -> Iterator[BrokenInvariant]:
+    """Violations where entries on record are not those that should be."""
+    for name in sorted(wanted | found):
+        if wanted[name] != found[name]:
+            said = f"{what}: {name}: {found[name]} on record of {wanted[name]}"
+            yield BrokenInvariant("kept", said)
+
+
+def _judge_recording(file: Path) -> Iterator[BrokenInvariant]:
+    """Violations by a recording; one without a row is that of a recorder that died."""
+    try:
+        with closing(RecordingReader(file)) as reader:
+            verdict = replay.replay(reader)
+    except NothingRecordedError:
+        return
+    except InputError as error:
+        said = str(error).rpartition("/")[2]
+        yield BrokenInvariant("recording", f"cannot be read: {said}")
+        return
+    if not verdict.identical:
+        yield BrokenInvariant("recording", f"replay differs: {verdict.first}")
+    elif reader.is_damaged:
+        yield BrokenInvariant("recording", str(reader.flaw))
+
+
+def _judge_runs(runs: Sequence[Published]) -> Iterator[BrokenInvariant]:
+    """Violations by what controllers published themselves, and by what the next one knows of it."""
+    for rows in runs:
+        ticks = 1.0 + rows.skipped[1:]
+        late_s = np.diff(rows.time_s) - ticks * PERIOD_NS * 1e-9
+        if (np.diff(rows.tick) != 1.0).any() or (np.abs(late_s) > CLOCK_S).any():
+            yield BrokenInvariant("ticks", "one is missing, and was not counted")
+    for before, after in pairwise(runs):
+        off_s = after.time_s[0] - before.time_s[-1]
+        told = {
+            "passes": after.passes[0] >= before.passes[-1],
+            "catheter's age": after.age_s[0] >= before.age_s[-1],
+            "rest": after.rest_left_s[0] >= before.rest_left_s[-1] - off_s - 1.0,
+        }
+        for name, holds in told.items():
+            if not holds:
+                yield BrokenInvariant("memory", f"a controller does not know the {name} before it")
+        if before.phase[-1] not in map(int, RESTING) and int(after.phase[0]) == Phase.PARKED:
+            yield BrokenInvariant("memory", "a controller does not know that one died in a cycle")
+
+
+def _read_kept(files: Sequence[Path]) -> tuple[dict[str, Kept], set[Path]]:
+    """Rows of all recordings, by the name of the run, and the files that were not finished.
+
+    What cannot be read is judged elsewhere.
+    """
+    pieces: dict[str, list[Array]] = {}
+    unfinished = set()
+    for file in files:
+        try:
+            with closing(RecordingReader(file)) as reader:
+                found = pieces.setdefault(reader.heading.about.get("run", ""), [])
+                for one in reader.contents():
+                    if isinstance(one, Rows) and one.topic == TICKS:
+                        found.append(one.table)
+                if reader.flaw is not None:
+                    unfinished.add(file)
+        except InputError:
+            continue
+    kept = {
+        run: Kept(
+            np.concatenate([one[:, 0] for one in tables]),
+            np.concatenate([sums_of(one) for one in tables]),
+        )
+        for run, tables in pieces.items()
+        if tables
+    }
+    return kept, unfinished
+
+
+def _judge_rows(
+    published: Sequence[tuple[WitnessedRun, Published]], kept: Mapping[str, Kept], missed: int
+) -> Iterator[BrokenInvariant]:
+    """Violations by rows that are not in a recording once, as they were published."""
+    lost = 0
+    for run, rows in published:
+        wanted, sums = rows.tick[rows.has_left], rows.sums[rows.has_left]
+        if not len(wanted):
+            continue
+        found = kept.get(run.name, Kept(np.zeros(0), np.zeros(0, np.uint64)))
+        order = np.argsort(found.tick, kind="stable")
+        ticks, have = found.tick[order], found.sums[order]
+        first, after = (np.searchsorted(ticks, wanted, side) for side in ("left", "right"))
+        count = after - first
+        lost += int(np.count_nonzero(count == 0))
+        if (count > 1).any():
+            tick = int(wanted[count > 1][0])
+            yield BrokenInvariant("rows", f"tick {tick} of {run.name} is in recordings twice")
+        there = count > 0
+        if (have[first[there]] != sums[there]).any():
+            yield BrokenInvariant("rows", f"one of {run.name} is not as it was published")
+    if lost > missed:
+        yield BrokenInvariant("rows", f"{lost} are in no recording, of {missed} that were told")
+
+
+def _judge_cycles(
+    published: Sequence[tuple[WitnessedRun, Published]], cycles: Sequence[PastCycle]
+) -> Iterator[BrokenInvariant]:
+    """Violations by cycles on record that are not those that were."""
+    wanted: dict[str, Outcome] = {}
+    for run, rows in published:
+        for left in np.unique(rows.left_rest[rows.in_cycle & rows.has_left]):
+            last = int(np.flatnonzero(rows.left_rest == left)[-1])
+            outcome = Outcome.INTERRUPTED
+            if last + 1 < len(rows.tick):
+                is_parked = int(rows.phase[last + 1]) == Phase.PARKED
+                outcome = Outcome.COMPLETED if is_parked else Outcome.ABORTED
+            wanted[recorder.name_of(run.name, left)] = outcome
+    names = Counter(one.recording or "" for one in cycles)
+    yield from _compare("cycles", Counter(dict.fromkeys(wanted, 1)), names)
+    for one in cycles:
+        expected = wanted.get(one.recording or "", one.outcome)
+        if one.outcome is not None and (one.outcome != expected or one.detail == UNSEEN.detail):
+            said = f"cycle {one.number} is on record as {one.outcome} ({one.detail})"
+            yield BrokenInvariant("record", f"{said}, not as {expected}")
+
+
+def _alarms_of(rows: Published) -> Iterator[str]:
+    """Names of the conditions that people were told, one for each time that one began."""
+    before = np.concatenate(([0], rows.told[:-1]))
+    for mask in (rows.told & ~before)[rows.told != before]:
+        for number in condition_mask.decode(int(mask)):
+            yield Condition(number).name
+
+
+def _requests_of(runs: Sequence[WitnessedRun]) -> Iterator[str]:
+    """Requests of people with what became of them."""
+    for run in runs:
+        for event in run.events:
+            fields = event.fields
+            if fields["kind"] == "request" and fields["verdict"] != "malformed":
+                who, ask = in_words(str(fields["who"])), in_words(str(fields["ask"]))
+                yield f"{ask} by {who}: {fields['verdict']}"
