@@ -178,3 +178,38 @@ def test_a_simulated_process_cannot_sleep_within_a_step(tmp_path: Path) -> None:
     assert computer.spawn("main", (), tmp_path / "log").poll() is None
     computer.run_until(5 * NS_PER_S)
     assert "sleeps until" in computer.crashes[0]
+
+
+def test_a_simulated_process_that_is_stopped_goes_on_when_it_is_told_to(tmp_path: Path) -> None:
+    steps: list[str] = []
+
+    def work(host: Host) -> Work:
+        yield None
+        steps.append("woken")
+        yield after(host.clock, 0.1)
+        steps.append("due")
+
+    def main(host: Host, _: object) -> Steps[None]:
+        worker = host.begin_worker(work(host))
+        yield after(host.clock, 0.5)
+        worker.wake()
+        while True:
+            steps.append("step")
+            yield after(host.clock, 0.1)
+
+    computer = SimulatedComputer(1, {"main": main})
+    process = computer.spawn("main", (), tmp_path / "log")
+    while "woken" not in steps:
+        computer.run_until(computer.now_ns + NS_PER_S // 100)
+    process.send_signal(signal.SIGSTOP)
+    known = list(steps)
+    computer.run_until(computer.now_ns + 60 * NS_PER_S)
+    assert steps == known
+    process.send_signal(signal.SIGCONT)
+    computer.run_until(computer.now_ns + NS_PER_S // 2)
+    assert steps.count("due") == 1
+    assert 3 <= len(steps) - len(known) <= 8
+    process.send_signal(signal.SIGSTOP)
+    process.kill()
+    computer.run_until(computer.now_ns + NS_PER_S)
+    assert process.poll() == -signal.SIGKILL
