@@ -1,6 +1,7 @@
 """The simulated computer keeps the same contract as the real one: each test runs on both."""
 
 import signal
+import stat
 from collections.abc import Callable
 from pathlib import Path
 
@@ -132,6 +133,29 @@ def test_tokens_differ(run: Runner) -> None:
     def test(host: Host) -> Steps[None]:
         assert len({host.token(8) for _ in range(100)}) == 100
         assert len(host.token(5)) == 5
+        yield after(host.clock, 0.0)
+
+    run(test)
+
+
+def test_a_file_is_made_once_and_holds_what_was_written(run: Runner, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+
+    def test(host: Host) -> Steps[None]:
+        file = host.files.create(path)
+        with pytest.raises(FileExistsError):
+            host.files.create(path)
+        assert file.write(memoryview(b"whole and more")) == 14
+        file.seek(5)
+        file.truncate()
+        assert path.read_bytes() == b"whole"
+        host.files.sync(path)
+        file.close()
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600
+        with pytest.raises(FileNotFoundError):
+            host.files.sync(tmp_path / "nowhere")
+        with pytest.raises(FileNotFoundError):
+            host.files.create(tmp_path / "nowhere" / "file")
         yield after(host.clock, 0.0)
 
     run(test)

@@ -132,6 +132,39 @@ class Datagrams(Protocol):
         """Send from here. patience_s: longest wait for room; 0: none."""
 
 
+class File(Protocol):
+    """A file that is written, as `io.FileIO`."""
+
+    @property
+    def closed(self) -> bool:
+        """True once it was closed."""
+
+    def write(self, data: memoryview, /) -> int:
+        """Hand bytes to the system; how many it took. Raises OSError where it takes none."""
+
+    def seek(self, place: int, /) -> int:
+        """Go on at this place."""
+
+    def truncate(self) -> int:
+        """Cut it off here. Raises OSError."""
+
+    def close(self) -> None:
+        """Write no more."""
+
+
+class Files(Protocol):
+    """Files on a disk. What was written outlives its process; a loss of power, what was synced."""
+
+    def create(self, path: Path) -> File:
+        """A new file of this user alone. Raises OSError, FileExistsError where there is one."""
+
+    def sync(self, path: Path) -> None:
+        """Wait until the disk has a file as it is now, and its name.
+
+        Raises OSError where the disk refuses; what of the file it has then, nobody knows.
+        """
+
+
 class Worker(Protocol):
     """Work that a process does beside its steps, which it may keep waiting."""
 
@@ -161,6 +194,7 @@ class Host(NamedTuple):
     locks: Locks
     processes: Processes
     datagrams: Datagrams
+    files: Files
     token: Callable[[int], bytes]
     """So many random bytes that nobody can guess."""
     begin_worker: Callable[[Work], Worker]

@@ -1,4 +1,4 @@
-"""This computer as a host: the system's clocks, locks, processes, sockets and threads."""
+"""This computer as a host: the system's clocks, locks, processes, sockets, files and threads."""
 
 import contextlib
 import ctypes
@@ -16,12 +16,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
 
 from opensuction.host.host import (
     NS_PER_S,
     Allowed,
     Child,
+    File,
     Host,
     Inbox,
     Lock,
@@ -163,6 +165,21 @@ class _Datagrams:
         return _Outbox(patience_s)
 
 
+class _Files:
+    """See `host.Files`."""
+
+    def create(self, path: Path) -> File:
+        return FileIO(path, "xb", opener=private_file.opener)
+
+    def sync(self, path: Path) -> None:
+        for one in (path, path.parent):
+            handle = os.open(one, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+
+
 class _Thread:
     """A `host.Worker` in a thread of its own."""
 
@@ -236,6 +253,7 @@ THIS_COMPUTER = Host(
     locks=_Locks(),
     processes=_Processes(),
     datagrams=_Datagrams(),
+    files=_Files(),
     token=secrets.token_bytes,
     begin_worker=_Thread,
     hardened=hardened,

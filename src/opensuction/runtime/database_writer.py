@@ -7,10 +7,11 @@ far they are stored, and keeps what comes after.
 from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 from opensuction import __version__
-from opensuction.host.host import Host, Steps, Work, after
+from opensuction.host.host import Files, Host, Steps, Work, after
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
@@ -26,6 +27,8 @@ AGAIN_S, LOOKS_S = 1.0, 0.02
 UNSEEN = CycleEnd(Outcome.INTERRUPTED, "nobody recorded how it ended")
 
 Task = Callable[[Records], None]
+OpenRecords = Callable[[str | None], Records]
+"""Opens the database of this address, as `Records.open_for_machine` does."""
 
 
 class Context(NamedTuple):
@@ -38,9 +41,14 @@ class Context(NamedTuple):
 class DatabaseWriter:
     """Stores entries in their order."""
 
-    def __init__(self, database: str | None, host: Host = THIS_COMPUTER) -> None:
+    def __init__(
+        self,
+        database: str | None,
+        host: Host = THIS_COMPUTER,
+        open_records: OpenRecords = Records.open_for_machine,
+    ) -> None:
         """database: see `Records.open_for_machine`; None: the default one."""
-        self._database, self._host = database, host
+        self._database, self._host, self._open = database, host, open_records
         self._records: Records | None = None
         self._cycle: str | None = None
         """The machine's cycle that has not ended."""
@@ -61,8 +69,12 @@ class DatabaseWriter:
         self._hand(lambda records: self._store(records, entry, context))
 
     def bind(self, names: Iterable[str], notes: Flushed, machine: Machine) -> None:
-        """Put on record what these recordings hold, by their notes, and drop the notes."""
+        """Put on record what these recordings hold, by their notes, and drop the notes.
+
+        The disk has each by then, or people were told that it may not.
+        """
         for name in names:
+            self._hand(partial(_sync, name=name, notes=notes, files=self._host.files))
             self._hand(partial(_bind, name=name, notes=notes, machine=machine))
 
     @property
@@ -160,12 +172,17 @@ class DatabaseWriter:
         """Run a task; true where nothing of it is left to do. `lost` says so where it is lost."""
         try:
             if self._records is None:
-                self._records = Records.open_for_machine(self._database)
+                self._records = self._open(self._database)
             task(self._records)
             self.lost = ""
         except RecordsError as error:
             self.lost = str(error)
             return False
+        except NotSyncedError as error:
+            # What a disk refused once it may call synced the next time without having it. The
+            # hash goes on record all the same: an audit finds what is missing.
+            self.lost = str(error)
+            self._host.say(self.lost)
         except InputError as error:
             # What the records do not take today they will not take tomorrow.
             self._host.say(f"not put on record: {error}")
@@ -221,6 +238,23 @@ class DatabaseWriter:
                 self._cycle = one.id
             else:
                 records.end_cycle(one.id, UNSEEN)
+
+
+class NotSyncedError(Exception):
+    """The disk may not have a recording that was written."""
+
+
+def _sync(_: Records, name: str, notes: Flushed, files: Files) -> None:
+    note = notes.left().get(name)
+    if note is None:
+        return
+    try:
+        files.sync(Path(note.folder) / name)
+    except FileNotFoundError:
+        return  # an audit tells
+    except OSError as error:
+        problem = error.strerror or str(error)
+        raise NotSyncedError(f"the disk may not have {name}: {problem}") from None
 
 
 def _bind(records: Records, name: str, notes: Flushed, machine: Machine) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.host.host import NS_PER_S, Clock
+from opensuction.host.host import NS_PER_S, Host
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import ProcessEvent, Read
 from opensuction.kernel.errors import InputError
@@ -65,7 +65,7 @@ class Recorder:
         state: Array | None,
         after: int = 0,
         flushed: Flushed | None = None,
-        clock: Clock = THIS_COMPUTER.clock,
+        host: Host = THIS_COMPUTER,
     ) -> None:
         """folder: of the recordings. run: name of the controller's.
 
@@ -75,7 +75,7 @@ class Recorder:
         go; None: nowhere.
         """
         self._folder, self._run, self._describe = folder, run, describe
-        self._flushed, self._clock = flushed, clock
+        self._flushed, self._clock, self._files = flushed, host.clock, host.files
         self._heading = describe()
         self._before: deque[Array] = deque()
         """Rows of the last second at rest, in pieces."""
@@ -308,16 +308,16 @@ class Recorder:
 
     def _open(self, heading: Heading, note: Note) -> RecordingWriter:
         """A new file of which every write is noted. Raises OSError, and leaves none then."""
-        flushed, path = self._flushed, self.path
+        flushed, path, create = self._flushed, self.path, self._files.create
         assert path is not None
         if flushed is None:
-            return RecordingWriter(path, heading, row_schema.TABLES, is_private=True)
+            return RecordingWriter(path, heading, row_schema.TABLES, create=create)
 
         def tell(before: Extent, after: Extent) -> None:
             flushed.put(path.name, note._replace(before=before, after=after))
 
         try:
-            return RecordingWriter(path, heading, row_schema.TABLES, is_private=True, flushing=tell)
+            return RecordingWriter(path, heading, row_schema.TABLES, create=create, flushing=tell)
         except OSError:
             flushed.drop(path.name, was_made=False)
             raise

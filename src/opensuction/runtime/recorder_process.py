@@ -37,8 +37,9 @@ from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.machine import port
 from opensuction.recording.cycle_file.frame import NOTICE, Heading
+from opensuction.records.records import Records
 from opensuction.runtime import machine_folder, recorder
-from opensuction.runtime.database_writer import Context, DatabaseWriter
+from opensuction.runtime.database_writer import Context, DatabaseWriter, OpenRecords
 from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import ControllerRun, Journal
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM
@@ -164,7 +165,7 @@ class ControllerSession:
         self._place = mark.find(run) or Place(0, 0)
         left = source.begin(self._place)
         self._recorder = Recorder(
-            out, run, self._describe, left.state, self._place.row, self._flushed, host.clock
+            out, run, self._describe, left.state, self._place.row, self._flushed, host
         )
         goes_on = None if left.goes_on == AT_REST else recorder.name_of(run, left.goes_on)
         writer.follow(self._place.row)
@@ -262,10 +263,10 @@ def _heading(ring: Mapping[str, str]) -> dict[str, str]:
 class RecorderService:
     """The recorder: a desk after the other."""
 
-    def __init__(self, folder: Path, out: Path, host: Host) -> None:
+    def __init__(self, folder: Path, out: Path, host: Host, open_records: OpenRecords) -> None:
         self._folder, self._out, self._host = folder, out, host
         self._heartbeat, told = Heartbeat(folder, host), machine_folder.read(folder)
-        self._writer = DatabaseWriter(told.database, host)
+        self._writer = DatabaseWriter(told.database, host, open_records)
         self._keeping = Keeping(
             self._writer, ReadCheckpoint(folder / MARK), Flushed(folder / FLUSHED)
         )
@@ -366,14 +367,16 @@ class RecorderService:
             yield after(self._host.clock, EVERY_S)
 
 
-def steps(host: Host, folder: Path, out: Path) -> Steps[None]:
+def steps(
+    host: Host, folder: Path, out: Path, open_records: OpenRecords = Records.open_for_machine
+) -> Steps[None]:
     """Record until the process is told to end. Raises InputError where it cannot begin."""
     with ProcessLock(folder / RECORDS, "a recorder runs", host):
         try:
             private_file.make_folder(out)
         except OSError as error:
             raise InputError(f"no recordings can be kept in {out}: {error.strerror}") from None
-        yield from RecorderService(folder, out, host).steps()
+        yield from RecorderService(folder, out, host, open_records).steps()
 
 
 if __name__ == "__main__":

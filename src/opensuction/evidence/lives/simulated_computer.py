@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from opensuction.evidence.lives.simulated_disk import SimulatedDisk, SimulatedFiles
 from opensuction.evidence.lives.simulated_process import (
     KILLED,
     Activity,
@@ -104,6 +105,7 @@ class SimulatedComputer:
         """Told of each step before it is done."""
         self.listen: Callable[[str], None] = lambda _: None
         """Told of each process that begins or ends."""
+        self.disk = SimulatedDisk(self, seed)
         self.mail = MailShares()
         self.slow_until_ns = 0
         """Other work takes the processors until then: a step takes up to `SLOW` times as long."""
@@ -200,6 +202,7 @@ class SimulatedComputer:
         for process in self.processes.values():
             for activity in process.activities:
                 activity.work.close()
+            process.close_files()
         self.processes.clear()
         self._queue.clear()
         # Nobody has closed the file of a process that was killed.
@@ -263,6 +266,7 @@ class SimulatedComputer:
             locks=SimulatedLocks(process),
             processes=SimulatedProcesses(self),
             datagrams=SimulatedDatagrams(process),
+            files=SimulatedFiles(self.disk, process),
             token=self._tokens.randbytes,
             begin_worker=begin_worker,
             hardened=_not_hardened,

@@ -59,7 +59,7 @@ PREPARED = 64
 PROCESSES: Mapping[str, Main] = {
     twin_machine.PROCESS: lambda host, told: twin_process.steps(host, Path(told[0])),
     launch.CONTROL: lambda host, told: control_process.steps(host, Path(told[0]), int(told[1])),
-    launch.RECORDER: lambda host, told: recorder_process.steps(host, *map(Path, told)),
+    launch.RECORDER: lambda host, told: recorder_process.steps(host, Path(told[0]), Path(told[1])),
     launch.SUPERVISOR: lambda host, told: supervisor.steps(host, *map(Path, told)),
 }
 """Processes of a machine, by their modules."""
@@ -165,6 +165,9 @@ class SimulatedMachine:
             seed,
             {
                 **PROCESSES,
+                launch.RECORDER: lambda host, told: recorder_process.steps(
+                    host, Path(told[0]), Path(told[1]), self.computer.disk.open_records
+                ),
                 NURSE: lambda host, _: self._nurse(host),
                 VISITOR: lambda host, _: self._visitor(host),
             },

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
-from opensuction.host.host import Child, Inbox, Lock, Outbox, Steps, Work
+from opensuction.host.host import Child, File, Inbox, Lock, Outbox, Steps, Work
 
 ROOM = 10
 """Datagrams that wait at a path, as with the system's sockets."""
@@ -71,6 +71,8 @@ class SimulatedProcess:
         self.activities: list[Activity] = []
         self.locks: list[SimulatedLock] = []
         self.inboxes: list[SimulatedInbox] = []
+        self.files: list[File] = []
+        """Those that it has made; some may be closed."""
 
     @property
     def pid(self) -> int:
@@ -112,6 +114,12 @@ class SimulatedProcess:
             lock.close()
         for inbox in tuple(self.inboxes):
             inbox.abandon()
+        self.close_files()
+
+    def close_files(self) -> None:
+        """Close what it has open, as the system does when it ends: nothing more is written."""
+        for file in self.files:
+            file.close()
 
 
 class SimulatedLock:

@@ -29,7 +29,7 @@ from mcap.records import (
 )
 from numpy.typing import NDArray
 
-from opensuction.kernel import private_file
+from opensuction.host.host import File
 from opensuction.recording.cycle_file import frame, row_schema
 from opensuction.recording.cycle_file.frame import (
     EMPTY,
@@ -56,6 +56,10 @@ PACKED_ROWS = 250
 
 Flushing = Callable[[Extent, Extent], None]
 """Told before each write how far the file goes, and how far it will; after it that it does."""
+
+
+def _create(path: Path) -> File:
+    return FileIO(path, "xb")
 
 
 def message_name(topic: str) -> str:
@@ -86,20 +90,19 @@ class RecordingWriter:
         heading: Heading,
         tables: Mapping[str, Sequence[SchemaColumn]],
         chunk_rows: int = FLUSHED_ROWS,
-        is_private: bool = False,
+        create: Callable[[Path], File] = _create,
         flushing: Flushing | None = None,
     ) -> None:
         """Create the file and write its heading.
 
         target: a path, or a file in memory, which stays open. tables: columns of the rows of each
         topic. chunk_rows: a chunk is written as soon as it has so many; fewer lose less when power
-        fails, more make a smaller file. is_private: for this user alone, whatever the
-        umask. flushing: told of each write, before and after it; a write that failed is taken
-        back the same way. Raises OSError where the file cannot be written, and leaves none then;
-        FileExistsError where there is one.
+        fails, more make a smaller file. create: makes the file, and raises FileExistsError where
+        there is one; by default with the rights that the umask leaves. flushing: told of each
+        write, before and after it; a write that failed is taken back the same way. Raises OSError
+        where the file cannot be written, and leaves none then.
         """
-        opener = private_file.opener if is_private else None
-        self._file = target if isinstance(target, BytesIO) else FileIO(target, "xb", opener=opener)
+        self._file: File | BytesIO = target if isinstance(target, BytesIO) else create(target)
         self._is_kept = isinstance(target, BytesIO)
         self._name = str(target)
         self.began_ns = heading.began_ns

@@ -14,7 +14,7 @@ import os
 import sqlite3
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -307,6 +307,45 @@ def _postgresql(address: Address, wait_s: float, read_only: bool) -> Engine:
         )
     except ImportError:
         raise refused(address.shown, f"PostgreSQL needs its driver: {EXTRA}") from None
+
+
+class Refusals(NamedTuple):
+    """Decisions of a simulated disk on the transactions of an SQLite file."""
+
+    begin: Callable[[], int]
+    """Code of SQLite with which one is refused as it begins; `OK`: it is not."""
+    commit: Callable[[], int]
+    """Likewise as one that writes ends."""
+    is_stored: Callable[[], bool]
+    """True where it is refused as it ends, and was stored all the same."""
+
+
+OK, BUSY, NO_ROOM, DISK_ERROR = (
+    sqlite3.SQLITE_OK,
+    sqlite3.SQLITE_BUSY,
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_IOERR,
+)
+
+
+def interpose(database: Database, refusals: Refusals) -> None:
+    """Have transactions of an SQLite file refused as SQLite itself refuses them."""
+
+    def refuse(code: int) -> None:
+        if code != OK:
+            error = sqlite3.OperationalError("refused")
+            error.sqlite_errorcode = code
+            raise error
+
+    def commit(connection: Connection) -> None:
+        code = refusals.commit()
+        if code != OK and connection.get_execution_options().get(WRITING, False):
+            if refusals.is_stored():
+                connection.connection.commit()
+            refuse(code)
+
+    event.listen(database.engine, "begin", lambda _: refuse(refusals.begin()), insert=True)
+    event.listen(database.engine, "commit", commit)
 
 
 def find_tables(connection: Connection) -> set[str]:

@@ -1,0 +1,133 @@
+"""The disk of a simulated computer, and the database on it: full, failing, slow or away for a time.
+
+Files and database are real ones. What the disk refuses is refused as the system and SQLite do it:
+before anything of it is written, in the middle of it, or after all of it.
+"""
+
+import errno
+import os
+import random
+from io import FileIO
+from pathlib import Path
+
+from opensuction.evidence.lives.simulated_process import SimulatedProcess, System
+from opensuction.host.host import NS_PER_S, File
+from opensuction.kernel import private_file
+from opensuction.records.database import database, failure
+from opensuction.records.database.database import Refusals
+from opensuction.records.records import Records
+
+LEFT_BYTES = 100_000
+"""Room on a disk as it is called full, at most: a chunk or two."""
+STALLS = 0.05
+"""Share of the writes for which a slow disk keeps its process waiting."""
+STALL_S = (0.1, 3.0)
+STORED = 0.5
+"""Share of the commits that fail and have been stored all the same."""
+
+
+class SimulatedDisk:
+    """State of the disk and of the database; each fault lasts until an instant of the clock."""
+
+    def __init__(self, computer: System, seed: int) -> None:
+        self._computer = computer
+        self._chance = random.Random(f"disk {seed}")
+        self.full_until_ns = self.failing_until_ns = self.slow_until_ns = self.away_until_ns = 0
+        self._room = 0
+        self.synced: dict[Path, int] = {}
+        """Bytes that the disk has of each file."""
+
+    def fill(self, until_ns: int) -> None:
+        """Have it full until then: writes that need room are refused."""
+        self.full_until_ns = max(self.full_until_ns, until_ns)
+        self._room = self._chance.randrange(LEFT_BYTES)
+
+    def take(self, wanted: int) -> int:
+        """Take room for a write, as far as there is some. Raises OSError where there is none."""
+        if self._computer.now_ns >= self.full_until_ns:
+            return wanted
+        if not self._room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        taken = min(wanted, self._room)
+        self._room -= taken
+        return taken
+
+    def give_back(self, size_bytes: int) -> None:
+        """Take back the room of what was cut off."""
+        self._room += size_bytes
+
+    def stall(self, process: SimulatedProcess, share: float) -> None:
+        """Keep a process waiting where the disk is slow, for a share of what it asks."""
+        now_ns = self._computer.now_ns
+        if now_ns < self.slow_until_ns and self._chance.random() < share:
+            busy_ns = max(process.busy_until_ns, now_ns)
+            process.busy_until_ns = busy_ns + round(self._chance.uniform(*STALL_S) * NS_PER_S)
+
+    def sync(self, path: Path) -> None:
+        """See `host.Files.sync`."""
+        if self._computer.now_ns < self.failing_until_ns:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        self.synced[path] = path.stat().st_size
+
+    def open_records(self, url: str | None) -> Records:
+        """The records as a machine opens them, on this disk. Raises RecordsError."""
+        if self._refuse_begin() != database.OK:
+            raise failure.refused(database.parse(url).shown, failure.LOCKED)
+        records = Records.open_for_machine(url)
+        refusals = Refusals(self._refuse_begin, self._refuse_commit, self._is_stored)
+        database.interpose(records.database, refusals)
+        return records
+
+    def _refuse_begin(self) -> int:
+        return database.BUSY if self._computer.now_ns < self.away_until_ns else database.OK
+
+    def _refuse_commit(self) -> int:
+        if self._computer.now_ns < self.full_until_ns:
+            return database.NO_ROOM
+        if self._computer.now_ns < self.failing_until_ns:
+            return database.DISK_ERROR
+        return database.OK
+
+    def _is_stored(self) -> bool:
+        """Of a commit that could not be synced nobody knows whether it is stored."""
+        is_failing = self._refuse_commit() == database.DISK_ERROR
+        return is_failing and self._chance.random() < STORED
+
+
+class SimulatedFile(FileIO):
+    """See `host.File`."""
+
+    def __init__(self, disk: SimulatedDisk, process: SimulatedProcess, path: Path) -> None:
+        super().__init__(path, "xb", opener=private_file.opener)
+        self._disk, self._process = disk, process
+
+    def write(self, data: memoryview, /) -> int:  # type: ignore[override]
+        """See `host.File.write`."""
+        self._disk.stall(self._process, STALLS)
+        return super().write(data[: self._disk.take(len(data))])
+
+    def truncate(self, size: int | None = None, /) -> int:
+        """See `host.File.truncate`."""
+        before = os.fstat(self.fileno()).st_size
+        left = super().truncate(size)
+        self._disk.give_back(before - left)
+        return left
+
+
+class SimulatedFiles:
+    """See `host.Files`."""
+
+    def __init__(self, disk: SimulatedDisk, process: SimulatedProcess) -> None:
+        self._disk, self._process = disk, process
+
+    def create(self, path: Path) -> File:
+        """See `host.Files.create`."""
+        made = SimulatedFile(self._disk, self._process, path)
+        self._process.files.append(made)
+        self._disk.synced.pop(path, None)
+        return made
+
+    def sync(self, path: Path) -> None:
+        """See `host.Files.sync`."""
+        self._disk.stall(self._process, 1.0)
+        self._disk.sync(path)
