@@ -215,6 +215,11 @@ class RingReader:
         """Number of the newest row, 0 before the first: as its writer says."""
         return int(self._words[NEWEST])
 
+    def peek(self, column: int) -> float:
+        """A column of the newest row, for whoever knows that nobody writes meanwhile."""
+        place = self.newest() % self.facts.slots
+        return float(self._slots[place, 1 + column : 2 + column].view(np.float64)[0])
+
     def snapshot(self) -> tuple[int, Rows] | None:
         """The newest row with its number; None before the first."""
         row = np.empty(len(self.facts.columns), np.uint64)

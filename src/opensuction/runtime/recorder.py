@@ -77,6 +77,8 @@ class Recorder:
         self._folder, self._run, self._describe = folder, run, describe
         self._flushed, self._clock, self._files = flushed, host.clock, host.files
         self._heading = describe()
+        for columns in row_schema.TABLES.values():
+            row_schema.layout_of(columns)  # compiled or loaded before there is anything to write
         self._before: deque[Array] = deque()
         """Rows of the last second at rest, in pieces."""
         self._heard: deque[ProcessEvent] = deque(maxlen=HEARD)

@@ -20,7 +20,7 @@ from opensuction.machine.twin.live_judge import Verdict
 from opensuction.runtime import launch
 from opensuction.safety.condition import Condition
 
-MACHINES = 1000
+MACHINES = simulated_machine.PREPARED
 """Machines and patients that lives are drawn from."""
 LONGEST_S = 90.0
 """A life that has not settled by then never does."""

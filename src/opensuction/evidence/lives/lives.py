@@ -1,8 +1,9 @@
 """Many lives, one a seed: spread over processes, summed up, and any of them played again."""
 
+import gc
 import hashlib
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 from opensuction import __version__
@@ -71,7 +72,14 @@ def run(
     return worker_pool.spread(partial(_play, kinds=kinds), seeds, workers, tell, warn)
 
 
+@cache
+def _settle() -> None:
+    """Leave what was there before the first life out of each life's collection: it stays."""
+    gc.freeze()
+
+
 def _play(seed: int, kinds: tuple[Kind, ...]) -> LifeResult:
+    _settle()
     return life.play(life.draw(seed, kinds))
 
 

@@ -98,8 +98,8 @@ class Display:
         self._looked += 1
         if self._looked % LOOKED_STEPS == 0:
             self._ring.look()
-        newest = None if self._ring.reader is None else self._ring.reader.snapshot()
-        return -1 if newest is None else int(newest[1][_PHASE])
+        reader = self._ring.reader
+        return -1 if reader is None or reader.newest() == 0 else int(reader.peek(_PHASE))
 
     def look(self) -> Situation | None:
         """State of the machine now; None where no controller has shown any."""

@@ -8,8 +8,7 @@ Events of a recording: a message at an instant, each of its own protobuf type.
 Rows of doubles as protobuf messages of one length, many at once.
 
 Every field is written, zero or not, and has a fixed length: so each number has its place, and a
-table is packed and read with one assignment for each run of neighbours. Message by message it would
-take a hundred times as long.
+table is packed and read in one call of machine code (`kernel.message_row`).
 
 Tables of a controller in a recording: a row for each tick, and each state that was set.
 
@@ -18,7 +17,7 @@ and the whole state after the tick.
 """
 
 from collections.abc import Iterator, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,7 +32,9 @@ from google.protobuf.message_factory import GetMessageClass
 from numpy.typing import NDArray
 
 from opensuction.controller.record import Inputs, Outputs, State
+from opensuction.kernel import message_row
 from opensuction.kernel.codegen import row
+from opensuction.kernel.message_row import Bytes, Places
 
 PACKAGE = "opensuction"
 KINDS: dict[type, int] = {
@@ -204,24 +205,13 @@ def decode(data: bytes) -> RecordedEvent:
     return RecordedEvent(*(getattr(message, name) for name in RecordedEvent._fields))
 
 
-Bytes = NDArray[np.uint8]
 Table = NDArray[np.float64]
 
 FIXED, VARINT, LENGTH = 1, 0, 2
 """Protobuf's wire types that are used."""
-FORMATS: dict[type, str] = {float: "<f8", int: "<i8", bool: "u1"}
-
-
-class _Run(NamedTuple):
-    """Columns of one kind whose places follow each other at one distance."""
-
-    kind: type
-    first: int
-    """Column."""
-    length: int
-    at: int
-    """Place of the first number."""
-    step: int
+LAYOUTS = 16
+"""Layouts that are kept: of a file's two tables, and of those of other versions."""
+_NUMBERS = {float: message_row.FLOAT, int: message_row.INT, bool: message_row.BOOL}
 
 
 class Layout(NamedTuple):
@@ -230,7 +220,7 @@ class Layout(NamedTuple):
     columns: tuple[SchemaColumn, ...]
     template: Bytes
     """A row of zeros."""
-    runs: tuple[_Run, ...]
+    places: Places
     is_number: NDArray[np.bool_]
     """Of each byte: it belongs to a number, and is no part of the description."""
 
@@ -266,36 +256,32 @@ def _place(node: Tree, columns: Sequence[SchemaColumn], places: dict[int, int], 
 
 
 def layout_of(columns: Sequence[SchemaColumn]) -> Layout:
-    """Layout of the message that `row_schema.describe` describes."""
+    """Layout of the message that `row_schema.describe` describes.
+
+    Once it is there, `pack` and `unpack` compile nothing.
+    """
+    return _layout_of(tuple(columns))
+
+
+@lru_cache(LAYOUTS)
+def _layout_of(columns: tuple[SchemaColumn, ...]) -> Layout:
     for column in columns:
         if column.kind not in KINDS:
             raise ValueError(f"column {column.name} is {column.kind}")
-    places: dict[int, int] = {}
-    template = _place(tree_of(columns), columns, places, 0)
-    runs: list[_Run] = []
-    for index, column in enumerate(columns):
-        last = runs[-1] if runs else None
-        if last is not None and last.kind is column.kind:
-            step = last.step or places[index] - last.at
-            if step > 0 and last.at + last.length * step == places[index]:
-                runs[-1] = last._replace(length=last.length + 1, step=step)
-                continue
-        runs.append(_Run(column.kind, index, 1, places[index], 0))
-    is_number = np.zeros(len(template), np.bool_)
-    for index, column in enumerate(columns):
-        is_number[places[index] : places[index] + (1 if column.kind is bool else 8)] = True
-    return Layout(tuple(columns), np.frombuffer(template, np.uint8), tuple(runs), is_number)
-
-
-def _view(run: _Run, rows: Bytes, at: int) -> NDArray[np.generic]:
-    """The numbers of a run in some rows, at a place."""
-    return np.ndarray(
-        (len(rows), run.length),
-        FORMATS[run.kind],
-        buffer=rows,
-        offset=at + run.at,
-        strides=(rows.strides[0], run.step),
-    )
+    found: dict[int, int] = {}
+    template = np.frombuffer(_place(tree_of(columns), columns, found, 0), np.uint8)
+    at = [found[index] for index in range(len(columns))]
+    is_number = np.zeros(template.size, np.bool_)
+    for column, first in zip(columns, at, strict=True):
+        is_number[first : first + (1 if column.kind is bool else message_row.WORD)] = True
+    kind = [_NUMBERS[column.kind] for column in columns]
+    places = Places(np.array(at, np.int64), np.array(kind, np.int64))
+    made = Layout(columns, template, places, is_number)
+    row = np.empty((1, made.size), np.uint8)
+    pack(made, np.zeros((1, len(columns))), row, 0)
+    row.flags.writeable = False  # as a reader has them: machine code of another kind
+    unpack(made, row, 0)
+    return made
 
 
 def pack(layout: Layout, table: Table, rows: Bytes, at: int) -> None:
@@ -304,22 +290,19 @@ def pack(layout: Layout, table: Table, rows: Bytes, at: int) -> None:
     table: shape (rows, columns). rows: written; shape (rows, bytes), contiguous, the message of a
     row from the byte ``at`` on.
     """
-    rows[:, at : at + layout.size] = layout.template
-    for run in layout.runs:
-        numbers = table[:, run.first : run.first + run.length]
-        if run.kind is bool:
-            numbers = numbers != 0.0
-        _view(run, rows, at)[:] = numbers
+    messages = rows[:, at : at + layout.size]
+    messages[:] = layout.template
+    numbers = np.ascontiguousarray(table)
+    message_row.write(layout.places, numbers, numbers.view(np.uint64), messages)
 
 
 def unpack(layout: Layout, rows: Bytes, at: int) -> Table:
     """The table that `pack` wrote. Raises ValueError for rows of another layout."""
-    described = (rows[0, at : at + layout.size] == layout.template) | layout.is_number
-    if not described.all():
+    messages = rows[:, at : at + layout.size]
+    if not message_row.is_described(layout.template, layout.is_number, messages[0]):
         raise ValueError("a row is not laid out as its description says")
     table = np.empty((len(rows), len(layout.columns)))
-    for run in layout.runs:
-        table[:, run.first : run.first + run.length] = _view(run, rows, at)
+    message_row.read(layout.places, messages, table, table.view(np.uint64))
     return table
 
 
