@@ -141,13 +141,11 @@ def test_a_state_row_that_is_kept_is_a_state_that_can_be_set() -> None:
     assert rest.tobytes() == whole[20:].tobytes()
 
 
-@pytest.mark.skipif(
-    not isinstance(real_time_call._play, CoreFunction), reason="nothing is compiled"
-)
+@pytest.mark.skipif(not isinstance(real_time_call.play, CoreFunction), reason="nothing is compiled")
 def test_nothing_is_compiled_anew_whatever_is_written_into_the_rows() -> None:
     chosen, said = call(), outputs(1)[0]
     play(chosen, parked(settings().parked.head_mm))
-    before = len(real_time_call._play.overloads)  # type: ignore[attr-defined]
+    before = len(real_time_call.play.overloads)  # type: ignore[attr-defined]
     row = parked(settings().parked.head_mm)[0]
     for value in (3, True, np.int64(3), np.float32(3.0), np.bool_(True), np.uint8(3)):
         row[at("readings.head_mm")] = row[at("readings.contact_closed")] = value
@@ -161,7 +159,7 @@ def test_nothing_is_compiled_anew_whatever_is_written_into_the_rows() -> None:
     RealTimeCall(settings()._replace(limits=limits), None, state._replace(core=core)).step(
         row, said
     )
-    assert len(real_time_call._play.overloads) == before  # type: ignore[attr-defined]
+    assert len(real_time_call.play.overloads) == before  # type: ignore[attr-defined]
 
 
 BAD_ROWS = {

@@ -129,7 +129,7 @@ class SteppedRoom:
         self.machine.move(skipped * self.period)
         self.buttons.pressed = requests
         self.loop.step(self.loop.tick * self.period * TICK_NS, skipped)
-        self.rows.append(self.loop._row.copy())
+        self.rows.append(self.loop.row.copy())
         self.machine.move(self.period)
 
     def phase(self) -> Phase:

@@ -130,15 +130,13 @@ def test_numbers_of_other_kinds_that_mean_the_same_change_nothing() -> None:
     assert repr(mixed.state) == repr(plain.state)
 
 
-@pytest.mark.skipif(
-    not isinstance(real_time_call._play, CoreFunction), reason="nothing is compiled"
-)
+@pytest.mark.skipif(not isinstance(real_time_call.play, CoreFunction), reason="nothing is compiled")
 def test_nothing_is_compiled_after_construction() -> None:
     chosen = new()
-    before = len(real_time_call._play.overloads)  # type: ignore[attr-defined]
+    before = len(real_time_call.play.overloads)  # type: ignore[attr-defined]
     for value in (0, 0.0, np.float32(0.0), np.int8(0), NAN, math.inf, 10**400):
         chosen.step(readings(cam_rad=value), NO_REQUESTS, DT_S)
-    assert len(real_time_call._play.overloads) == before  # type: ignore[attr-defined]
+    assert len(real_time_call.play.overloads) == before  # type: ignore[attr-defined]
 
 
 def test_a_reading_that_is_flagged_may_be_anything() -> None:

@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from opensuction.controller.loop_tick import AT_REST
 from opensuction.ipc.ring import ProcessEvent
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
 from opensuction.runtime.journal import Begun, ControllerRun, Entry, Journal, in_words
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
+from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.safety.condition import Condition
 
 RUN = ControllerRun("20261123T120000-0123abcd", 1_763_900_000_000_000_000)

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from opensuction.controller.loop_tick import AT_REST
 from opensuction.ipc.ring import EventWriter, Place, RingWriter
 from opensuction.recording.cycle_file.row_schema import STATE_PART
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM, TIMING_COLUMNS
+from opensuction.runtime.loop import ROW_COLUMNS, STARTED_FROM, TIMING_COLUMNS
 from opensuction.runtime.recorder_process import Source
 
 SLOTS = 64

@@ -32,7 +32,7 @@ WARM_UP_S = 0.001
 _INPUT_ROW, _OUTPUT_ROW, _STATE_ROW = (
     (len(columns),) for columns in (INPUT_COLUMNS, OUTPUT_COLUMNS, STATE_COLUMNS)
 )
-_NO_STATES = np.empty((0, *_STATE_ROW))
+NO_STATES = np.empty((0, *_STATE_ROW))
 
 _read_settings = row.reader(Settings, checked=False)
 _read_state = row.reader(State, checked=False)
@@ -43,7 +43,7 @@ _write_states = row.table_writer(State)
 
 
 @compiled
-def _play(
+def play(
     settings: Array,
     heads_mm: Branches | None,
     state: Array,
@@ -97,7 +97,7 @@ class RealTimeCall:
         self._state = plain_row.pack(State, state)
         self._settings = plain_row.pack(Settings, settings)
         self._heads_mm = None if heads_mm is None else np.array(heads_mm, np.float64, order="C")
-        self._play = TypedCall(_play, _kind)
+        self._play = TypedCall(play, _kind)
         self._warm_up()
 
     def configure(self, settings: Settings, heads_mm: Branches | None, state: State) -> None:
@@ -120,7 +120,17 @@ class RealTimeCall:
         inputs, outputs = np.zeros((1, *_INPUT_ROW)), np.zeros((1, *_OUTPUT_ROW))
         inputs[0, INPUT_COLUMNS.index("dt_s")] = WARM_UP_S
         copy = self._state.copy()
-        self._play(self._settings, self._heads_mm, copy, inputs, outputs, _NO_STATES)
+        self._play(self._settings, self._heads_mm, copy, inputs, outputs, NO_STATES)
+
+    @property
+    def settings_row(self) -> row.Row:
+        """The settings, as a row."""
+        return self._settings
+
+    @property
+    def heads_mm(self) -> Branches | None:
+        """Branches of the compensation's curves, which go with the settings."""
+        return self._heads_mm
 
     @property
     def state_row(self) -> row.Row:
@@ -150,7 +160,7 @@ class RealTimeCall:
             self._state,
             inputs[np.newaxis],
             outputs[np.newaxis],
-            _NO_STATES,
+            NO_STATES,
         )
 
     def bind(self, inputs: row.Row, outputs: row.Row) -> Callable[[], None]:
@@ -161,7 +171,7 @@ class RealTimeCall:
         """
         _check("inputs", inputs, _INPUT_ROW, written=False)
         _check("outputs", outputs, _OUTPUT_ROW, written=True)
-        rows = (inputs[np.newaxis], outputs[np.newaxis], _NO_STATES)
+        rows = (inputs[np.newaxis], outputs[np.newaxis], NO_STATES)
         play = self._play.find((self._settings, self._heads_mm, self._state, *rows))
 
         def step() -> None:
@@ -181,5 +191,5 @@ class RealTimeCall:
         _check("outputs", outputs, (ticks, *_OUTPUT_ROW), written=True)
         if states is not None:
             _check("states", states, (ticks, *_STATE_ROW), written=True)
-        taken = _NO_STATES if states is None else states
+        taken = NO_STATES if states is None else states
         self._play(self._settings, self._heads_mm, self._state, inputs, outputs, taken)

@@ -115,6 +115,11 @@ class Mailbox:
         self.setting: MailboxRequest | None = None
         """A request of other settings, for the loop to take and to answer."""
 
+    @property
+    def is_quiet(self) -> bool:
+        """True while nobody's button is down or waits, but for what may lie in the sockets."""
+        return not (self._waiting or self._down or self.setting)
+
     def close(self) -> None:
         """Stop listening."""
         for own in self._inboxes:

@@ -78,8 +78,8 @@ VERSION = 1
 HEADER_WORDS = 8
 """Magic, version, slots, columns, bytes of what is said of them, number of the newest row, and two
 to spare."""
-NEWEST = 5
 PAGE = 4096
+ONE = np.uint64(1)
 HASTE_ROWS = 16
 """How much nearer than a whole ring to the writer an overtaken reader goes on: while it copies, the
 writer does not come upon it again."""
@@ -120,6 +120,7 @@ def _warm_up() -> None:
     slot.write(slots, first, row)
     slots.flags.writeable = False  # as a reader has them: machine code of another kind
     slot.read(slots, first, row)
+    slot.read_newest(slots, 1, HASTE_ROWS, row)
     slot.read_many(slots, first, rows)
     slot.find_newest(slots)
 
@@ -162,14 +163,14 @@ class RingWriter:
         if before is not None and path.exists():
             path.replace(before)
         new.replace(path)
-        self._number = 0
+        self.header = self._words[:HEADER_WORDS]
 
     def write(self, row: Rows) -> int:
         """Publish a row; its number, from 1 on."""
-        self._number += 1
-        slot.write(self.slots, np.uint64(self._number), row.view(np.uint64))
-        self._words[NEWEST] = self._number
-        return self._number
+        number = self.header[slot.NEWEST] + ONE
+        slot.write(self.slots, number, row.view(np.uint64))
+        self.header[slot.NEWEST] = number
+        return int(number)
 
     def close(self) -> None:
         """Let another one write; the file stays, with all that is in it."""
@@ -196,7 +197,7 @@ class RingReader:
         words = np.frombuffer(self._memory, np.uint64, len(self._memory) // WORD)
         if len(words) < HEADER_WORDS or int(words[0]) != MAGIC:
             raise InputError(f"{path} is not a ring, or not whole yet")
-        version, slots, width, said = (int(words[i]) for i in range(1, NEWEST))
+        version, slots, width, said = (int(words[i]) for i in range(1, slot.NEWEST))
         start = _place(said)
         if version != VERSION:
             raise InputError(
@@ -206,27 +207,25 @@ class RingReader:
             raise InputError(f"{path} is cut off: {len(self._memory)} bytes")
         text = json.loads(self._memory[HEADER_WORDS * WORD : HEADER_WORDS * WORD + said])
         self.facts = RingFacts(tuple(text["columns"]), slots, text["told"])
-        self._words = words
-        self._slots = words[start // WORD :][: slots * (width + slot.AROUND)].reshape(slots, -1)
+        self.header = words[:HEADER_WORDS]
+        self.slots = words[start // WORD :][: slots * (width + slot.AROUND)].reshape(slots, -1)
         self.next = 1
         """Number of the row that is read next."""
 
     def newest(self) -> int:
         """Number of the newest row, 0 before the first: as its writer says."""
-        return int(self._words[NEWEST])
+        return int(self.header[slot.NEWEST])
 
     def peek(self, column: int) -> float:
         """A column of the newest row, for whoever knows that nobody writes meanwhile."""
         place = self.newest() % self.facts.slots
-        return float(self._slots[place, 1 + column : 2 + column].view(np.float64)[0])
+        return float(self.slots[place, 1 + column : 2 + column].view(np.float64)[0])
 
     def snapshot(self) -> tuple[int, Rows] | None:
         """The newest row with its number; None before the first."""
         row = np.empty(len(self.facts.columns), np.uint64)
-        for number in range(self.newest(), max(self.newest() - HASTE_ROWS, 0), -1):
-            if slot.read(self._slots, np.uint64(number), row):
-                return number, row.view(np.float64)
-        return None
+        number = int(slot.read_newest(self.slots, self.newest(), HASTE_ROWS, row))
+        return (number, row.view(np.float64)) if number else None
 
     def read(self, most: int | None = None) -> Read:
         """Rows since the last call, at most so many; none is an empty array."""
@@ -237,7 +236,7 @@ class RingReader:
             missed, self.next = kept - self.next, kept
         wanted = newest - self.next + 1
         rows = np.empty((min(wanted, most or wanted), len(self.facts.columns)), np.uint64)
-        count = slot.read_many(self._slots, np.uint64(self.next), rows)
+        count = slot.read_many(self.slots, np.uint64(self.next), rows)
         first, self.next = self.next, self.next + count
         if count == 0 and wanted > 0 and missed == 0:
             # The writer has come upon it while it looked.
@@ -248,11 +247,11 @@ class RingReader:
 
     def drain(self) -> Read:
         """All whole rows that are left from where it is, of a writer that is dead."""
-        newest = int(slot.find_newest(self._slots))
+        newest = int(slot.find_newest(self.slots))
         oldest = max(newest - self.facts.slots + 1, self.next, 1)
         rows = np.empty((max(newest - oldest + 1, 0), len(self.facts.columns)), np.uint64)
         whole = np.array(
-            [slot.read(self._slots, np.uint64(oldest + i), rows[i]) for i in range(len(rows))], bool
+            [slot.read(self.slots, np.uint64(oldest + i), rows[i]) for i in range(len(rows))], bool
         )
         missed = max(oldest - self.next, 0) + int(np.count_nonzero(~whole))
         self.next = newest + 1

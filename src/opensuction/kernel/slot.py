@@ -17,6 +17,8 @@ PRIME = np.uint64(0x00000100000001B3)
 """Of the FNV hash."""
 ROTATED = np.uint64(29)
 KEPT = np.uint64(35)
+NEWEST = 5
+"""Word of a ring's header with the number of its newest row."""
 EMPTY = np.uint64(0)
 """Number of a slot that is being written; rows are numbered from 1."""
 
@@ -68,6 +70,18 @@ def read(slots: Words, number: np.uint64, row: Words) -> bool:
     for i in range(row.size):
         row[i] = copied[1 + i]
     return holds(copied, number)
+
+
+@compiled
+def read_newest(slots: Words, newest: int, most: int, row: Words) -> int:
+    """Copy the newest row that is whole; its number, 0 where there is none.
+
+    newest: number of the newest that there is. most: how many are tried, backwards from it.
+    """
+    for number in range(newest, max(newest - most, 0), -1):
+        if read(slots, np.uint64(number), row):
+            return number
+    return 0
 
 
 @compiled

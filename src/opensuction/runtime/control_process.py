@@ -253,12 +253,14 @@ def steps(
     period_ns: int = PERIOD_NS,
     attach: Callable[[Path, Host], Port] = ports.attach,
     pace: Callable[[int, int], Pacing] = DeadlineScheduler,
+    tell: Callable[[ControlLoop, Pacing], None] = lambda *_: None,
 ) -> Steps[None]:
     """Control the machine of a folder until the process is told to end.
 
     A cycle is broken off then, and the process ends once the catheter is out.
 
     attach: takes hold of the machine. pace: of the loop, which takes the period and the time, ns.
+    tell: told of the loop as it begins.
 
     Raises InputError where it cannot begin.
     """
@@ -294,7 +296,9 @@ def steps(
             }
             with host.hardened() as allowed:
                 _tell_begun(events, allowed, began)
-                yield from _tick(loop, pace(period_ns, clock.monotonic_ns()), host)
+                pacing = pace(period_ns, clock.monotonic_ns())
+                tell(loop, pacing)
+                yield from _tick(loop, pacing, host)
             events.write(ENDED, loop.tick)
         heartbeat.end(Process.CONTROL)
         port.close()

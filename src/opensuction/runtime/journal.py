@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.controller.loop_tick import AT_REST
 from opensuction.ipc.ring import ProcessEvent
 from opensuction.kernel.interface import STOP
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import CYCLE, Phase, name_of
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, told
+from opensuction.runtime.loop import ROW_COLUMNS, told
 from opensuction.runtime.recorder import name_of as name_of_file
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition

@@ -16,6 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.controller import loop_tick
+from opensuction.controller.loop_tick import AT_REST, NEVER, LoopMemory, LoopPace, TickTime
 from opensuction.controller.real_time_call import (
     INPUT_COLUMNS,
     OUTPUT_COLUMNS,
@@ -27,9 +29,10 @@ from opensuction.ipc import mailbox
 from opensuction.ipc.liveness import Heartbeat, Process, Signs
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.ipc.ring import EventWriter, ProcessEvent, RingWriter
+from opensuction.kernel.compiler.dispatcher import TypedCall
 from opensuction.kernel.interface import MESSAGE_COLUMNS, NO_REQUESTS, Requests
 from opensuction.kernel.record import Array
-from opensuction.kernel.vocabulary import RESTING, Phase, name_of
+from opensuction.kernel.vocabulary import Phase, name_of
 from opensuction.machine.port import Port
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.recording.cycle_file.row_schema import RecordedEvent
@@ -80,7 +83,6 @@ TIMING_COLUMNS = (
 """Monotonic time of the tick's deadline; how long after it the tick began; what the tick before
 took, until its commands were out and until its row was; ticks that were missed before it; tick in
 which the machine left its rest, and `AT_REST` while it rests."""
-AT_REST = -1.0
 ROW_COLUMNS = (
     *TIMING_COLUMNS,
     *(f"inputs.{name}" for name in INPUT_COLUMNS),
@@ -88,15 +90,6 @@ ROW_COLUMNS = (
     *(f"state.{name}" for name in STATE_COLUMNS),
 )
 """Columns of a row of the ring."""
-RELEASED_S = 0.2
-"""For how long a controller says that drives which act on their own shall obey it again: once it
-has started, and once a person has reset a machine at rest. Whoever drives the machine looks for a
-new controller now and then."""
-RESET_S = 0.06
-"""For how long a person's reset is sent to the bedside: one that comes as the controller has just
-started would not be heard in its one tick. No longer, for what comes meanwhile is put out with it.
-"""
-NEVER = -1_000_000
 STARTED_FROM = "state"
 """What the ring tells of the state before its first row: the bytes of its numbers."""
 STALE_S = 0.02
@@ -124,19 +117,8 @@ def _places(columns: tuple[str, ...], head: str) -> slice:
 
 _READINGS = _places(INPUT_COLUMNS, "readings")
 _REQUESTS = _places(INPUT_COLUMNS, "requests")
-_TICK, _DT, _OVERRUN, _CONDITIONS = (
-    INPUT_COLUMNS.index(name) for name in ("tick", "dt_s", "host.overrun", "host.conditions")
-)
-_VALID = [i for i, name in enumerate(INPUT_COLUMNS) if name.endswith("_valid")]
+_CONDITIONS = INPUT_COLUMNS.index("host.conditions")
 _PHASE = OUTPUT_COLUMNS.index("phase")
-_RESTING = frozenset(map(int, RESTING))
-"""As plain numbers: numpy takes 6 us to compare one of its own with a member of an enumeration."""
-_COMMANDS = _places(OUTPUT_COLUMNS, "commands")
-_PRESENT, _LATCHED = (OUTPUT_COLUMNS.index(name) for name in ("signals.present", "signals.latched"))
-_SENT_COMMANDS = _places(MESSAGE_COLUMNS, "commands")
-_SENT_WANTED, _SENT_RESET, _SENT_RELEASED = (
-    MESSAGE_COLUMNS.index(name) for name in ("wanted", "reset", "released")
-)
 
 
 class Around(NamedTuple):
@@ -153,88 +135,96 @@ class Around(NamedTuple):
     newest readings. The last piece says what becomes of it."""
 
 
+def _tick_calls(
+    memory: LoopMemory, pace: LoopPace, state: Array
+) -> tuple[Callable[..., None], Callable[..., None]]:
+    """`loop_tick.begin` and `loop_tick.conclude`, compiled and looked up once."""
+    found = (
+        TypedCall(loop_tick.begin, lambda *_: 0).find((memory, pace, TickTime(0, 0, 0, 0.0), 0)),
+        TypedCall(loop_tick.conclude, lambda *_: 0).find((memory, pace, state, False)),
+    )
+    loop_tick.is_resting(memory.outputs)
+    return found
+
+
 class ControlLoop:
     """A tick after the other."""
 
     def __init__(self, call: RealTimeCall, around: Around, period_s: float) -> None:
         """call: the controller, started with the head where it is."""
-        self._call, self._around, self._period_s = call, around, period_s
-        self._stale_ticks, self._look_ticks = (round(s / period_s) for s in (STALE_S, LOOK_S))
-        self._row = np.zeros(len(ROW_COLUMNS))
-        self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
-        self._readings = self._inputs[_READINGS]
-        self._decide = call.bind(self._inputs, self._outputs)
-        self._sent = np.zeros(len(MESSAGE_COLUMNS))
-        self._row[_LEFT_REST] = AT_REST
-        self._number, self._same = 0, 0
-        self._released_tick, self._reset_tick = 0, NEVER
+        self.call, self.around = call, around
+        self.pace = LoopPace(period_s, round(STALE_S / period_s))
+        self.look_ticks = round(LOOK_S / period_s)
+        self.row = np.zeros(len(ROW_COLUMNS))
+        """By `ROW_COLUMNS`; of the last tick between two of them."""
+        inputs, outputs = self.row[_INPUTS], self.row[_OUTPUTS]
+        counts = np.zeros(loop_tick.COUNTS, np.int64)
+        counts[loop_tick.RESET] = NEVER
+        sent = np.zeros(len(MESSAGE_COLUMNS))
+        times = self.row[:_TIMING]
+        times[_LEFT_REST] = AT_REST
+        self.memory = LoopMemory(times, inputs, outputs, self.row[_STATE], sent, counts)
+        self.readings = inputs[_READINGS]
+        self._decide = call.bind(inputs, outputs)
+        self._begin, self._conclude = _tick_calls(self.memory, self.pace, call.state_row)
         self._pressed = False
         self._pieces: Iterator[str] | None = None
         """Of other settings that are being taken up."""
         self._computed_s = 0.0
         self._lost_until = dict.fromkeys(WATCHED, 0)
         self._deaths = {process: around.heartbeat.deaths(process) for process in WATCHED}
-        self.tick = 0
-        """Number of the next one."""
         self.stopping = False
         """Whoever runs it wants to end: the catheter comes out first."""
 
     @property
+    def tick(self) -> int:
+        """Number of the next one."""
+        return int(self.memory.counts[loop_tick.TICK])
+
+    @property
     def is_resting(self) -> bool:
         """True while it waits for a person."""
-        return self.tick > 0 and int(self._outputs[_PHASE]) in _RESTING
+        return self.tick > 0 and loop_tick.is_resting(self.memory.outputs)
+
+    @property
+    def is_left_alone(self) -> bool:
+        """True while nobody wants anything of it: it only ticks."""
+        busy = self.stopping or self._pressed or self._pieces is not None
+        return not busy and self.around.mailbox.is_quiet
 
     def step(self, deadline_ns: int, skipped: int) -> None:
         """One tick. deadline_ns: when it was due. skipped: how many were missed before it."""
-        begun_ns = self._around.clock.monotonic_ns()
-        inputs, row = self._inputs, self._row
-        row[0] = deadline_ns * 1e-9
-        row[1] = (begun_ns - deadline_ns) * 1e-9
-        row[2] = self._computed_s
-        row[3] = skipped
-        inputs[_TICK] = self.tick
-        inputs[_DT] = self._period_s
-        inputs[_OVERRUN] = skipped > 0
-        self._read()
+        memory, clock = self.memory, self.around.clock
+        begun_ns = clock.monotonic_ns()
+        number = self.around.port.read(self.readings)
+        time = TickTime(deadline_ns, begun_ns, skipped, self._computed_s)
+        self._begin(memory, self.pace, time, number)
         requests = self._hear()
-        if self.tick % self._look_ticks == 0:
+        if self.tick % self.look_ticks == 0:
             self._look_around()
         self._decide()
-        self._send(requests)
-        if int(self._outputs[_PHASE]) in _RESTING:
-            row[_LEFT_REST] = AT_REST
-        elif row[_LEFT_REST] == AT_REST:
-            row[_LEFT_REST] = self.tick
-        row[_STATE] = self._call.state_row
-        self._around.ring.write(row)
-        self.tick += 1
-        self._computed_s = (self._around.clock.monotonic_ns() - begun_ns) * 1e-9
-
-    def _read(self) -> None:
-        """The newest readings; none where the same have come for too long."""
-        number = self._around.port.read(self._readings)
-        self._same = 0 if number != self._number else self._same + 1
-        self._number = number
-        if self._same > self._stale_ticks:
-            self._inputs[_VALID] = 0.0
+        self._conclude(memory, self.pace, self.call.state_row, requests.reset)
+        self.around.port.write(memory.sent)
+        self.around.ring.write(self.row)
+        self._computed_s = (clock.monotonic_ns() - begun_ns) * 1e-9
 
     def _hear(self) -> Requests:
         """Requests of people in this tick."""
-        requests, answers = self._around.mailbox.receive()
+        requests, answers = self.around.mailbox.receive()
         if self.stopping:
             requests = requests._replace(abort=True)
         if requests is not NO_REQUESTS or self._pressed:
-            self._inputs[_REQUESTS] = requests
+            self.memory.inputs[_REQUESTS] = requests
             self._pressed = requests is not NO_REQUESTS
-        asked = self._around.mailbox.setting
+        asked = self.around.mailbox.setting
         if asked is not None and (verdict := self._set(asked.key, requests)):
-            self._around.mailbox.setting, self._pieces = None, None
+            self.around.mailbox.setting, self._pieces = None, None
             answers.append(mailbox.answer(asked, verdict))
         if requests.reset and self.is_resting:
             # It may have stood still for as long as the drives wait, and know nothing of it.
-            self._released_tick = self.tick
+            self.memory.counts[loop_tick.RELEASED] = self.tick
         for answer in answers:
-            self._around.events.write("request", self.tick, **answer._asdict())
+            self.around.events.write("request", self.tick, **answer._asdict())
         return requests
 
     def _set(self, key: str, requests: Requests) -> str:
@@ -242,39 +232,28 @@ class ControlLoop:
 
         Only while nothing moves and nobody wants anything else.
         """
-        if self._outputs[_PHASE] != Phase.PARKED or requests is not NO_REQUESTS:
+        if self.memory.outputs[_PHASE] != Phase.PARKED or requests is not NO_REQUESTS:
             return "not at rest"
         if self._pieces is None:
-            self._pieces = self._around.configure(key, self._readings)
+            self._pieces = self.around.configure(key, self.readings)
         verdict = next(self._pieces)
         if verdict == SET:
-            self._around.events.write(CONFIGURED, self.tick)
+            self.around.events.write(CONFIGURED, self.tick)
         return verdict
 
     def _look_around(self) -> None:
         """Give a sign of life, and look who else does."""
-        heartbeat = self._around.heartbeat
+        heartbeat = self.around.heartbeat
         heartbeat.beat(Process.CONTROL)
-        lost, running_s = 0, self.tick * self._period_s
+        lost, running_s = 0, self.tick * self.pace.period_s
         for process, condition in WATCHED.items():
             signs = heartbeat.signs(process)
             if is_lost(signs, self._deaths[process], running_s):
                 self._deaths[process] = signs.deaths
-                self._lost_until[process] = self.tick + round(LOST_S / self._period_s)
+                self._lost_until[process] = self.tick + round(LOST_S / self.pace.period_s)
             if self.tick < self._lost_until[process]:
                 lost |= condition
-        self._inputs[_CONDITIONS] = lost
-
-    def _send(self, requests: Requests) -> None:
-        """Command the drives, and tell the bedside what shall be shown."""
-        sent, outputs = self._sent, self._outputs
-        sent[_SENT_COMMANDS] = outputs[_COMMANDS]
-        sent[_SENT_WANTED] = int(outputs[_PRESENT]) | int(outputs[_LATCHED])
-        if requests.reset:
-            self._reset_tick = self.tick
-        sent[_SENT_RESET] = (self.tick - self._reset_tick) * self._period_s <= RESET_S
-        sent[_SENT_RELEASED] = (self.tick - self._released_tick) * self._period_s <= RELEASED_S
-        self._around.port.write(sent)
+        self.memory.inputs[_CONDITIONS] = lost
 
 
 _ROW_EVENT_TICK, _ROW_EVENT_PHASE, _CAUSE, _TRIPS, _ROW_EVENT_PRESENT, _ROW_EVENT_LATCHED = (

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.controller.loop_tick import AT_REST
 from opensuction.host.host import NS_PER_S, Host
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import ProcessEvent, Read
@@ -26,7 +27,7 @@ from opensuction.recording.cycle_file.row_schema import STARTS, STATE_PART, TICK
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.runtime import loop
 from opensuction.runtime.flushed import Flushed, Note
-from opensuction.runtime.loop import AT_REST, CONFIGURED, ROW_COLUMNS, TIMING_COLUMNS
+from opensuction.runtime.loop import CONFIGURED, ROW_COLUMNS, TIMING_COLUMNS
 
 AROUND_S = 1.0
 """How much before and after goes with it."""

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.controller import configuration
+from opensuction.controller.loop_tick import AT_REST
 from opensuction.host import this_computer
 from opensuction.host.host import NS_PER_S, Host, Steps, after
 from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
@@ -42,7 +43,7 @@ from opensuction.runtime import machine_folder, recorder
 from opensuction.runtime.database_writer import Context, DatabaseWriter, OpenRecords
 from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import ControllerRun, Journal
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM
+from opensuction.runtime.loop import ROW_COLUMNS, STARTED_FROM
 from opensuction.runtime.machine_folder import (
     CONFIGURATION,
     CONTROLS,

@@ -6,10 +6,12 @@ machine is set to and what it remembers are rows, so that nothing is compiled an
 Python two of them.
 """
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.compiled import compiled
@@ -141,7 +143,7 @@ class _Apart(NamedTuple):
     produced_ml_per_s: Array
 
 
-class _Memory(NamedTuple):
+class Memory(NamedTuple):
     """Memory that a tick changes: arrays all of it."""
 
     state: Array
@@ -151,7 +153,7 @@ class _Memory(NamedTuple):
 
 
 @compiled
-def _keep(memory: _Memory, state: MachineSideState) -> None:
+def _keep(memory: Memory, state: MachineSideState) -> None:
     """Write a state down. memory: written."""
     _write_state(memory.state, state)
     bedside = state.plant.bedside
@@ -161,7 +163,7 @@ def _keep(memory: _Memory, state: MachineSideState) -> None:
 
 
 @compiled
-def _step(side: Array, memory: _Memory, sent: Array, new: bool, shown: Array) -> None:
+def step(side: Array, memory: Memory, sent: Array, new: bool, shown: Array) -> None:
     """One tick. memory: written. shown: the row that it gives."""
     apart, past, played = memory.apart, memory.past, _read_side(side)
     before = _read_state(
@@ -181,6 +183,42 @@ def _step(side: Array, memory: _Memory, sent: Array, new: bool, shown: Array) ->
     )
     _write_shown(shown, now)
     _keep(memory, after._replace(tick=before.tick + 1))
+
+
+class Heard(NamedTuple):
+    """Memory of what a machine has heard of its controller."""
+
+    row: Array
+    """The last message that counts, by `MESSAGE_COLUMNS`."""
+    counts: npt.NDArray[np.int64]
+
+
+MESSAGE, SILENT_TICKS, GREETED = range(3)
+"""Places of its counts: number of the last message that came; ticks since then; 1 once the
+controller has said that it has started anew."""
+HEARD_COUNTS = 3
+_RELEASED = MESSAGE_COLUMNS.index("released")
+
+
+@compiled
+def hear(heard: Heard, number: int, message: Array) -> bool:
+    """Take a message that has come; false where it does not count.
+
+    One of a controller that has not said that it has started anew does not: it takes the machine
+    for another one, or for where another one was. One with what is no number does not either.
+    """
+    counts = heard.counts
+    counts[MESSAGE] = number
+    counts[SILENT_TICKS] = 0
+    for i in range(message.size):
+        if not math.isfinite(message[i]):
+            return False
+    if message[_RELEASED] != 0.0:
+        counts[GREETED] = 1
+    if counts[GREETED] == 0:
+        return False
+    heard.row[:] = message
+    return True
 
 
 def begin(side: MachineSide, plant_state: PlantState) -> dict[str, Array]:
@@ -207,27 +245,28 @@ class MachineCall:
         """A machine as `begin` gives it. Compiles or loads what a tick needs."""
         self.side_row = begun["side"].copy()
         """What is played; to write into it breaks or mends the machine from the next tick on."""
-        self._memory = _memory_of(begun)
-        self._step = TypedCall(_step, lambda *_: 0)
+        self.memory = _memory_of(begun)
+        """What a tick changes."""
+        self._step = TypedCall(step, lambda *_: 0)
         self.shown_row = np.zeros(len(SHOWN_COLUMNS))
         """What it gave in the last tick, by `SHOWN_COLUMNS`."""
-        kept, self._memory = self._memory, _memory_of(begun)
+        kept, self.memory = self.memory, _memory_of(begun)
         self.step(np.zeros(len(MESSAGE_COLUMNS)), new=False)
-        self._memory = kept
+        self.memory = kept
 
     def step(self, sent: Array, *, new: bool) -> None:
         """One tick. sent: a row by `MESSAGE_COLUMNS`. new: it has come since the last tick."""
-        self._step(self.side_row, self._memory, sent, new, self.shown_row)
+        self._step(self.side_row, self.memory, sent, new, self.shown_row)
 
     def put_hand(self, state: HandState) -> None:
         """Set the state of the hand at the catheter head from the next tick on."""
-        self._memory.state[_HAND] = plain_row.pack(HandState, state)
+        self.memory.state[_HAND] = plain_row.pack(HandState, state)
 
 
-def _memory_of(begun: Mapping[str, Array]) -> _Memory:
+def _memory_of(begun: Mapping[str, Array]) -> Memory:
     """Copies of what a tick changes."""
     copies = {name: value.copy() for name, value in begun.items()}
-    return _Memory(
+    return Memory(
         copies["state"],
         _Apart(*(copies[name] for name in _Apart._fields)),
         LinkMemory(*(copies[name] for name in LinkMemory._fields)),

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.controller.loop_tick import AT_REST
 from opensuction.ipc.ring import EventReader, FollowedRing, ProcessEvent
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import CYCLE
 from opensuction.runtime import machine_folder
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, TIMING_COLUMNS, told
+from opensuction.runtime.loop import ROW_COLUMNS, TIMING_COLUMNS, told
 
 Numbers = npt.NDArray[np.int64]
 Sums = npt.NDArray[np.uint64]

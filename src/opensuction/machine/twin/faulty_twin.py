@@ -154,6 +154,11 @@ class FaultyTwin:
         self._asked.close()
         self._events.__exit__()
 
+    @property
+    def is_sound(self) -> bool:
+        """True where nothing is to come, and nobody holds the catheter."""
+        return self._due == NEVER and self._phases is None and not self._hand.present
+
     def step(self) -> None:
         """Do what is due before the next tick. To be called once a tick."""
         if self.tick >= self._due:

@@ -50,7 +50,7 @@ LOOK_NS = 50_000_000
 FELT_N = dc_axis.HAND_PARAMETERS["felt_n"].value
 _CONTACT = SHOWN_COLUMNS.index("truth.contact_n")
 READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
-_READINGS = slice(READINGS[0], READINGS[-1] + 1)
+SHOWN_READINGS = slice(READINGS[0], READINGS[-1] + 1)
 """One after the other, as any record's columns."""
 
 
@@ -142,12 +142,10 @@ class TwinMachine:
         shown = _open_shown(folder)
         self._ring = FollowedRing(folder / SHOWN, lambda columns: columns == SHOWN_COLUMNS)
         self._ring.look()
-        self._before, self._number = 0, 0
+        self._before, self.number = 0, 0
         self._clock = host.clock
         self._looked_ns = self._clock.monotonic_ns()
-        self._commands = RingWriter(
-            folder / COMMANDS, MESSAGE_COLUMNS, COMMAND_SLOTS, {}, host=host
-        )
+        self.commands = RingWriter(folder / COMMANDS, MESSAGE_COLUMNS, COMMAND_SLOTS, {}, host=host)
         self.facts = MachineFacts(
             name="twin",
             version=shown.facts.told["version"],
@@ -158,24 +156,34 @@ class TwinMachine:
             capabilities=_capabilities(shown),
         )
 
+    @property
+    def shown(self) -> RingReader | None:
+        """Ring of the twin that has played from the beginning; None where there was another."""
+        return None if self._before else self._ring.reader
+
+    @property
+    def looks_ns(self) -> int:
+        """From when on another twin is looked for where the readings stay the same."""
+        return self._looked_ns + LOOK_NS
+
     def read(self, readings: Array) -> int:
         """The newest readings; see `ports.Port.read`.
 
         A twin that was started again is another machine, and its numbers go on from there.
         """
         number = self._take(readings)
-        if number == self._number and self._look():
+        if number == self.number and self._look():
             self._before = number
             number = self._take(readings)
-        self._number = number
+        self.number = number
         return number
 
     def _take(self, readings: Array) -> int:
         """Write what the ring shows now; its number among all that were."""
         newest = None if self._ring.reader is None else self._ring.reader.snapshot()
         if newest is None:
-            return self._number
-        readings[:] = newest[1][_READINGS]
+            return self.number
+        readings[:] = newest[1][SHOWN_READINGS]
         return self._before + newest[0]
 
     def _look(self) -> bool:
@@ -188,11 +196,11 @@ class TwinMachine:
 
     def write(self, sent: Array) -> None:
         """New commands; see `ports.Port.write`."""
-        self._commands.write(sent)
+        self.commands.write(sent)
 
     def close(self) -> None:
         """No more commands: the drives' watchdog takes over."""
-        self._commands.close()
+        self.commands.close()
 
 
 class TwinHand:

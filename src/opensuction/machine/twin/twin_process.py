@@ -11,7 +11,7 @@ second and more it plays a second.
 import json
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -31,9 +31,14 @@ from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
 from opensuction.machine.port import EVERYTHING, Capabilities
 from opensuction.machine.twin.faulty_twin import FaultyTwin
+from opensuction.simulation import machine_side
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import (
+    GREETED,
+    MESSAGE,
     SHOWN_COLUMNS,
+    SILENT_TICKS,
+    Heard,
     MachineCall,
     MachineSide,
 )
@@ -48,7 +53,6 @@ CAPABILITIES = "capabilities"
 PERIOD_NS = round(DT_S * NS_PER_S)
 CAUGHT_UP = 1000
 """Ticks that are made up for at most."""
-_RELEASED = MESSAGE_COLUMNS.index("released")
 LOOK_TICKS = 50
 """How often a controller that is silent is looked for anew: its ring may be another file by now."""
 
@@ -61,32 +65,26 @@ class Listener:
     """
 
     def __init__(self, path: Path) -> None:
-        self._ring = FollowedRing(path, lambda columns: columns == MESSAGE_COLUMNS)
-        self._number = 0
-        self._silent = LOOK_TICKS - 1
-        self._greeted = False
-        self.row: Array = np.zeros(len(MESSAGE_COLUMNS))
-        """The last that came."""
+        self.ring = FollowedRing(path, lambda columns: columns == MESSAGE_COLUMNS)
+        """Of its commands."""
+        self.heard = Heard(
+            np.zeros(len(MESSAGE_COLUMNS)), np.zeros(machine_side.HEARD_COUNTS, np.int64)
+        )
+        # Compiled or loaded before anybody waits for it.
+        machine_side.hear(self.heard, 0, np.full(len(MESSAGE_COLUMNS), np.nan))
+        self.heard.counts[SILENT_TICKS] = LOOK_TICKS - 1
 
     def hear(self) -> bool:
         """Look for a new message of the controller; true where one has come since the last call."""
-        self._silent += 1
-        if self._silent % LOOK_TICKS == 0 and self._ring.look():
-            self._number, self._greeted = 0, False
-        reader = self._ring.reader
-        if reader is None or reader.newest() == self._number:
+        counts = self.heard.counts
+        counts[SILENT_TICKS] += 1
+        if counts[SILENT_TICKS] % LOOK_TICKS == 0 and self.ring.look():
+            counts[MESSAGE], counts[GREETED] = 0, 0
+        reader = self.ring.reader
+        if reader is None or reader.newest() == counts[MESSAGE]:
             return False
         newest = reader.snapshot()
-        if newest is None:
-            return False
-        self._number, row = newest
-        self._silent = 0
-        if not np.isfinite(row).all():
-            return False
-        self._greeted = self._greeted or row[_RELEASED] != 0.0
-        if self._greeted:
-            self.row = row
-        return self._greeted
+        return newest is not None and bool(machine_side.hear(self.heard, *newest))
 
 
 class TwinPlayer(NamedTuple):
@@ -127,17 +125,31 @@ def playing(folder: Path, host: Host = THIS_COMPUTER) -> Iterator[TwinPlayer]:
         yield TwinPlayer(call, ring, faults)
 
 
-def steps(host: Host, folder: Path) -> Steps[None]:
-    """Play until the process is told to end. Raises InputError where it cannot begin."""
+class Playing(NamedTuple):
+    """A twin that plays."""
+
+    twin: TwinPlayer
+    listener: Listener
+    pace: DeadlineScheduler
+
+
+def steps(
+    host: Host, folder: Path, tell: Callable[[Playing], None] = lambda _: None
+) -> Steps[None]:
+    """Play until the process is told to end. Raises InputError where it cannot begin.
+
+    tell: told of the twin as it begins.
+    """
     with playing(folder, host) as twin, host.hardened():
         listener = Listener(folder / COMMANDS)
         pace = DeadlineScheduler(PERIOD_NS, host.clock.monotonic_ns())
+        tell(Playing(twin, listener, pace))
         while not host.terminations():
             yield pace.due_ns
             for _ in range(min(pace.begin(host.clock.monotonic_ns()), CAUGHT_UP)):
-                twin.step(listener.row, new=False)
+                twin.step(listener.heard.row, new=False)
             new = listener.hear()
-            twin.step(listener.row, new)
+            twin.step(listener.heard.row, new)
             twin.faults.look()
 
 
