@@ -159,7 +159,7 @@ def test_the_file_of_a_recorder_that_was_killed_is_closed_with_its_life(
 ) -> None:
     monkeypatch.setattr("opensuction.evidence.lives.simulated_machine.MEMORY", tmp_path)
     assert play(KILL_RECORDER).violations == ()
-    files = [one for one in gc.get_objects() if isinstance(one, FileIO) and not one.closed]
+    files = [one for one in gc.get_objects() if type(one) is FileIO and not one.closed]
     # Others may have files of their own open.
     assert [one.name for one in files if str(one.name).startswith(str(tmp_path))] == []
 

@@ -3,7 +3,6 @@
 The judges are the oracle, by the twin's truth alone, and the records and recordings that are left.
 """
 
-import hashlib
 import random
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -38,8 +37,8 @@ MODULES = dict(zip(TARGETS, (launch.CONTROL, launch.RECORDER, launch.SUPERVISOR)
 ENDS_S = 150.0
 """Within this time all processes end that are told to."""
 MAIL = MailShares(lost=0.33, twice=0.33, late=0.33)
-TRACE, STEP_BYTES = 16, 10
-"""Letters of the hash of a life, and bytes of a step in what it is made from."""
+TRACE = 16
+"""Letters of the hash of a life."""
 
 
 INVARIANTS = {
@@ -109,7 +108,6 @@ class _Player:
 
     def __init__(self, machine: SimulatedMachine, life: Life) -> None:
         self._machine, self._life, self._computer = machine, life, machine.computer
-        self._trace = bytearray()
         self._waiting = [one for one in life.faults if one.phase is not None]
         """Faults whose phase has not begun."""
         self._over_ns = 0
@@ -123,7 +121,10 @@ class _Player:
         """A fault comes now."""
         self._events: list[LifeEvent] = []
         self._computer.watch, self._computer.listen = self._see, self._hear
+        self._computer.watch_passed = self._watch.see
         machine.unanswered = self._miss
+        if self._computer.stretches is not None:
+            self._computer.stretches.seen_phase = self._phase
 
     def play(self) -> LifeResult:
         machine, began_ns = self._machine, self._began_ns
@@ -141,10 +142,11 @@ class _Player:
         verdict = machine.judge.verdict()
         simulated_s = (self._computer.now_ns - began_ns) / NS_PER_S
         truth = repr((verdict.end_mm, verdict.last_inside_s, verdict.told))
-        trace = hashlib.sha256(self._trace + truth.encode()).hexdigest()[:TRACE]
-        steps = len(self._trace) // STEP_BYTES
+        self._computer.trace.update(truth.encode())
+        trace = self._computer.trace.hexdigest()[:TRACE]
         events = sorted([*self._events, *self._told(verdict)])
         found += self._found
+        steps = self._computer.steps
         return LifeResult(self._life, tuple(found), steps, simulated_s, trace, tuple(events))
 
     def _note(self, what: str) -> None:
@@ -178,15 +180,16 @@ class _Player:
             yield LifeEvent(at_s, f"people are told: {name_of(one.condition)}")
 
     def _see(self, step: Step) -> None:
-        """Note a step; where a phase has begun, faults that wait for it come so long after."""
-        self._trace += step.at_ns.to_bytes(8, "big") + step.pid.to_bytes(2, "big")
+        """Before a step: where a phase has begun, faults that wait for it come so long after."""
         self._watch.see(step)
         if step.module != launch.CONTROL:
             return
-        number = self._machine.display.phase_number()
+        number = self._machine.display.phase_number(step.pid)
         if number in (self._phase, -1):
             return
         self._phase = number
+        if self._computer.stretches is not None:
+            self._computer.stretches.seen_phase = number
         self._note(f"phase {name_of(Phase(number))}")
         for one in [one for one in self._waiting if one.phase == number]:
             self._waiting.remove(one)

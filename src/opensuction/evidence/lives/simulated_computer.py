@@ -7,9 +7,11 @@ frozen comes to its steps late. The same seed gives the same order of steps.
 """
 
 import gc
+import hashlib
 import heapq
 import random
 import signal
+import struct
 import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,6 +19,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.evidence.lives.paired_stretch import Pair, PairedStretches
 from opensuction.evidence.lives.simulated_disk import SimulatedDisk, SimulatedFiles
 from opensuction.evidence.lives.simulated_process import (
     KILLED,
@@ -40,6 +46,8 @@ from opensuction.host.host import (
     Worker,
 )
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
+from opensuction.simulation import paired_ticks
 
 Main = Callable[[Host, tuple[str, ...]], Steps[None]]
 """A process: takes its computer and its arguments."""
@@ -48,6 +56,10 @@ BEGAN_WALL_NS = 1_750_000_000 * NS_PER_S
 """UTC at the monotonic clock's zero: nothing is special about it."""
 SLOW = 20
 NEVER_NS = 1 << 62
+
+
+_Entry = tuple[int, int, "Activity | Callable[[], object]"]
+"""Of the queue: when it is due, its number, and what is then done."""
 
 
 class MailShares(NamedTuple):
@@ -76,6 +88,12 @@ class Timing(NamedTuple):
 USUAL = Timing()
 
 
+BLOCK = 8192
+"""Random numbers that are drawn at a time."""
+STEP, STEPS = struct.Struct(">qh"), np.dtype([("at_ns", ">i8"), ("pid", ">i2")])
+"""A step in what the hash of a trace is made from."""
+
+
 class Step(NamedTuple):
     """A step that was done."""
 
@@ -102,17 +120,44 @@ class SimulatedComputer:
         self.crashes: list[str] = []
         """Errors that no process should have, with where they come from."""
         self.watch: Callable[[Step], None] = lambda _: None
-        """Told of each step before it is done."""
+        """Told of a step before it is done, but not of those of a stretch."""
+        self.watch_passed: Callable[[Step], None] = lambda _: None
+        """Told of the first and the last step of each process in a stretch, after it."""
+        self.running: Activity | None = None
+        """Whose step is being done."""
+        self.stretches: PairedStretches | None = PairedStretches(self)
+        """None: each step is done by itself."""
+        self.trace, self.steps = hashlib.sha256(), 0
+        """Of all steps: when each began, and of which process; and their number."""
         self.listen: Callable[[str], None] = lambda _: None
         """Told of each process that begins or ends."""
         self.disk = SimulatedDisk(self, seed)
         self.mail = MailShares()
         self.slow_until_ns = 0
         """Other work takes the processors until then: a step takes up to `SLOW` times as long."""
+        self.slow = float(SLOW)
+        self.step_s = np.array([timing.step_s, timing.late_s])
         self._mains, self._timing = mains, timing
         self._chance, self._tokens = random.Random(seed), random.Random(seed + 1)
-        self._queue: list[tuple[int, int, Activity | Callable[[], object]]] = []
+        self._drawn, self._used = self._draw_block(), 0
+        self._queue: list[_Entry] = []
         self._number = 0
+        self._taken: _Entry | None = None
+
+    def draw(self) -> float:
+        """A random number from 0 to 1."""
+        number = float(self.draws()[0])
+        self._used += 1
+        return number
+
+    def draws(self) -> Array:
+        """Random numbers that come next."""
+        if self._used == BLOCK:
+            self._drawn, self._used = self._draw_block(), 0
+        return self._drawn[self._used :]
+
+    def _draw_block(self) -> Array:
+        return np.array([self._chance.random() for _ in range(BLOCK)])
 
     def holder(self, path: Path) -> int | None:
         """Number of the process that has a lock; None where nobody has it."""
@@ -130,7 +175,8 @@ class SimulatedComputer:
         log.touch()
         steps = self._mains[module](self._host_of(process), tuple(arguments))
         self.tell(f"{module.rpartition('.')[2]} is started")
-        start_s = self._chance.uniform(*self._timing.start_s)
+        shortest_s, longest_s = self._timing.start_s
+        start_s = shortest_s + (longest_s - shortest_s) * self.draw()
         self._begin(process, steps, self.now_ns + round(start_s * NS_PER_S))
         return process
 
@@ -149,7 +195,7 @@ class SimulatedComputer:
             process.frozen_until_ns = self.now_ns
             for activity in process.activities:
                 if activity.due_ns is not None:
-                    self._queue_at(activity, max(activity.due_ns, self.now_ns))
+                    self.queue_at(activity, max(activity.due_ns, self.now_ns))
 
     def freeze(self, pid: int, seconds: float) -> None:
         """Keep a process from its steps for a time."""
@@ -159,7 +205,7 @@ class SimulatedComputer:
 
     def deliver(self, inbox: SimulatedInbox, data: bytes) -> None:
         """Bring a datagram to where it is sent, or not, or later, or twice (`mail`)."""
-        drawn, mail = self._chance.random(), self.mail
+        drawn, mail = self.draw(), self.mail
         if self.now_ns >= mail.until_ns:
             inbox.waiting.append(data)
             return
@@ -170,7 +216,7 @@ class SimulatedComputer:
             inbox.waiting.append(data)
         elif drawn < mail.lost + mail.twice + mail.late:
             inbox.waiting.pop()
-            late_s = self._chance.random() * mail.late_s
+            late_s = self.draw() * mail.late_s
             self.at(self.now_ns + round(late_s * NS_PER_S), lambda: inbox.waiting.append(data))
 
     def at(self, due_ns: int, what: Callable[[], object]) -> None:
@@ -191,10 +237,11 @@ class SimulatedComputer:
                 continue
             free_ns = max(process.frozen_until_ns, process.busy_until_ns)
             if free_ns > due_ns:
-                self._queue_at(activity, free_ns)
+                self.queue_at(activity, free_ns)
                 continue
             self.now_ns = max(self.now_ns, due_ns)
-            self._step(activity)
+            if self.stretches is None or not self.stretches.play(activity, ends_ns):
+                self._step(activity)
         self.now_ns = max(self.now_ns, ends_ns)
 
     def close(self) -> None:
@@ -214,13 +261,53 @@ class SimulatedComputer:
         if activity.has_ended or (activity.due_ns is not None and activity.due_ns <= due_ns):
             return
         activity.due_ns = due_ns
-        late_ns = round(self._chance.random() * self._timing.late_s * NS_PER_S)
-        self._queue_at(activity, max(due_ns, self.now_ns) + late_ns)
+        late_ns = round(self.draw() * self._timing.late_s * NS_PER_S)
+        self.queue_at(activity, max(due_ns, self.now_ns) + late_ns)
 
-    def _queue_at(self, activity: Activity, at_ns: int) -> None:
+    def queue_at(self, activity: Activity, at_ns: int) -> None:
+        """Have an activity go on at an instant, whatever else it was to do."""
         self._number += 1
         activity.number = self._number
         heapq.heappush(self._queue, (at_ns, self._number, activity))
+
+    def _note(self, steps: bytes) -> None:
+        self.trace.update(steps)
+        self.steps += len(steps) // STEP.size
+
+    def pass_by(self, at_ns: npt.NDArray[np.int64], pids: npt.NDArray[np.int64]) -> None:
+        """Note steps that were done elsewhere; each has taken its random numbers."""
+        noted = np.empty(len(at_ns), STEPS)
+        noted["at_ns"], noted["pid"] = at_ns, pids
+        self._note(noted.tobytes())
+        self._used += paired_ticks.DRAWS * len(at_ns)
+        self.now_ns = int(at_ns[-1])
+        for pid in set(pids.tolist()):
+            own_ns = at_ns[pids == pid]
+            for begun_ns in (own_ns[0], own_ns[-1]):
+                self.watch_passed(Step(int(begun_ns), pid, self.processes[pid].module))
+
+    def take_second(self, pair: Pair) -> tuple[int, int] | None:
+        """When the second of a pair begins its next step, and when anybody else is due.
+
+        It is taken out of the queue; None, and it is not, where somebody else is due before.
+        """
+        second_ns = None
+        while self._queue:
+            at_ns, number, activity = entry = self._queue[0]
+            if isinstance(activity, Activity):
+                is_over = activity.process.status is not None or number != activity.number
+                if is_over or activity is pair.second:
+                    heapq.heappop(self._queue)
+                    if not is_over:
+                        second_ns, self._taken = at_ns, entry
+                    continue
+            return None if second_ns is None else (second_ns, at_ns)
+        return None if second_ns is None else (second_ns, NEVER_NS)
+
+    def put_back(self) -> None:
+        """Put what was taken last into the queue again, in its old place."""
+        assert self._taken is not None
+        heapq.heappush(self._queue, self._taken)
 
     def _begin(self, process: SimulatedProcess, work: Steps[None] | Work, due_ns: int) -> Activity:
         activity = Activity(process, work)
@@ -231,12 +318,14 @@ class SimulatedComputer:
     def _step(self, activity: Activity) -> None:
         process, activity.due_ns = activity.process, None
         self.watch(Step(self.now_ns, process.pid, process.module))
+        self._note(STEP.pack(self.now_ns, process.pid))
         if process.status is not None or process.frozen_until_ns > self.now_ns:
-            self._queue_at(activity, process.frozen_until_ns)  # it has just been struck
+            self.queue_at(activity, process.frozen_until_ns)  # it has just been struck
             return
         most_s = self._timing.step_s * (SLOW if self.now_ns < self.slow_until_ns else 1)
-        takes_ns = round(self._chance.random() * most_s * NS_PER_S)
+        takes_ns = round(self.draw() * most_s * NS_PER_S)
         process.busy_until_ns = self.now_ns + takes_ns
+        self.running = activity
         try:
             due_ns = next(activity.work)
         except StopIteration:
@@ -244,9 +333,11 @@ class SimulatedComputer:
             if activity is process.activities[0]:
                 process.end(0)
         except InputError as problem:
+            process.error = problem
             process.say(str(problem))
             process.end(1)
         except Exception as error:
+            process.error = error
             place = traceback.extract_tb(error.__traceback__)[-1]
             self.crashes.append(
                 f"{process.module}: {type(error).__name__}: {error} ({place.name}:{place.lineno})"

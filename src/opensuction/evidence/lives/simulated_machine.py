@@ -18,6 +18,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.evidence.lives.simulated_computer import Main, SimulatedComputer
 from opensuction.evidence.lives.witness import Witness
 from opensuction.host.host import NS_PER_S, Child, Host, Steps, after
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler, Pacing
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import EventReader, FollowedRing
 from opensuction.kernel.errors import InputError
@@ -26,6 +27,7 @@ from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
 from opensuction.machine.twin import twin_machine, twin_process
 from opensuction.machine.twin.live_judge import LiveJudge
+from opensuction.machine.twin.twin_process import Playing
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime import (
     control_process,
@@ -34,7 +36,7 @@ from opensuction.runtime import (
     recorder_process,
     supervisor,
 )
-from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.loop import ROW_COLUMNS, ControlLoop
 from opensuction.runtime.machine_folder import About
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -53,7 +55,6 @@ PATIENCE_S = 3.0
 MANAGER_S = 2.0
 """After it a supervisor that died is started again."""
 JUDGED_EVERY_S = 1.0
-LOOKED_STEPS = 16
 PREPARED = 64
 """Machines that a process keeps for lives to come."""
 PROCESSES: Mapping[str, Main] = {
@@ -88,16 +89,15 @@ class Display:
 
     def __init__(self, folder: Path) -> None:
         self._ring = FollowedRing(folder / machine_folder.RING, lambda found: found == ROW_COLUMNS)
-        self._looked = 0
+        self._shown_by = -1
 
-    def phase_number(self) -> int:
-        """Number of the phase now, looked for in each step; -1 where no controller shows any.
+    def phase_number(self, pid: int) -> int:
+        """Number of the phase now, before a step of a controller; -1 where none shows any.
 
-        Another controller is found within `LOOKED_STEPS` steps.
+        pid: of the controller's process.
         """
-        self._looked += 1
-        if self._looked % LOOKED_STEPS == 0:
-            self._ring.look()
+        if pid != self._shown_by and self._ring.look():
+            self._shown_by = pid
         reader = self._ring.reader
         return -1 if reader is None or reader.newest() == 0 else int(reader.peek(_PHASE))
 
@@ -165,6 +165,12 @@ class SimulatedMachine:
             seed,
             {
                 **PROCESSES,
+                twin_machine.PROCESS: lambda host, told: twin_process.steps(
+                    host, Path(told[0]), self._take_twin
+                ),
+                launch.CONTROL: lambda host, told: control_process.steps(
+                    host, Path(told[0]), int(told[1]), tell=self._take_loop
+                ),
                 launch.RECORDER: lambda host, told: recorder_process.steps(
                     host, Path(told[0]), Path(told[1]), self.computer.disk.open_records
                 ),
@@ -179,6 +185,16 @@ class SimulatedMachine:
         self.is_closing = False
         """Nobody starts a supervisor again."""
         self._begin()
+
+    def _take_twin(self, playing: Playing) -> None:
+        stretches, running = self.computer.stretches, self.computer.running
+        if stretches is not None and running is not None:
+            stretches.take_twin(running, playing)
+
+    def _take_loop(self, loop: ControlLoop, pace: Pacing) -> None:
+        stretches, running = self.computer.stretches, self.computer.running
+        if stretches is not None and running is not None and isinstance(pace, DeadlineScheduler):
+            stretches.take_loop(running, loop, pace)
 
     def _begin(self) -> None:
         """The twin plays, and a supervisor starts the rest."""

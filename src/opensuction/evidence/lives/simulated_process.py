@@ -66,6 +66,8 @@ class SimulatedProcess:
         self.computer, self.module, self.log, self._pid = computer, module, log, pid
         self.terminations = 0
         self.status: int | None = None
+        self.error: Exception | None = None
+        """That it ended by; with it stays what it had open, as long as the computer is there."""
         self.frozen_until_ns = 0
         self.busy_until_ns = 0
         self.activities: list[Activity] = []

@@ -1,0 +1,228 @@
+"""Stretches in which a simulated computer's controller and twin tick, and nobody else is due.
+
+They are most of a life's steps. One call plays them (`simulation.paired_ticks`) as the processes
+themselves would, each step at the instant that the seed draws; it ends where one of the two has
+more to do than its tick, and before anybody else's step.
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.controller import real_time_call
+from opensuction.controller.loop_tick import NUMBER
+from opensuction.controller.real_time_call import OUTPUT_COLUMNS
+from opensuction.evidence.lives.simulated_process import Activity
+from opensuction.ipc.deadline_scheduler import DeadlineScheduler
+from opensuction.ipc.ring import RingReader, RingWriter
+from opensuction.kernel import slot
+from opensuction.kernel.compiler.dispatcher import TypedCall
+from opensuction.kernel.record import Array
+from opensuction.machine.twin import twin_process
+from opensuction.machine.twin.twin_machine import SHOWN_READINGS, TwinMachine
+from opensuction.machine.twin.twin_process import Playing
+from opensuction.runtime.loop import ControlLoop
+from opensuction.simulation import paired_ticks
+from opensuction.simulation.paired_ticks import (
+    BUSY,
+    CLOCK,
+    DEADLINE,
+    DUE,
+    LOOP,
+    MACHINE,
+    SKIPPED,
+    LoopSide,
+    MachineRow,
+    RingEnds,
+    Stretch,
+)
+
+MOST = 1024
+"""Steps of a stretch."""
+SHORTEST_NS = 2_000_000
+"""A shorter one is not worth the call."""
+_PHASE = OUTPUT_COLUMNS.index("phase")
+_READINGS = np.array([SHOWN_READINGS.start, SHOWN_READINGS.stop])
+
+
+class Pair(NamedTuple):
+    """Activities of the two, the one whose turn it is first."""
+
+    first: Activity
+    second: Activity
+
+
+class StretchedComputer(Protocol):
+    """The computer, as far as a stretch of its time is played elsewhere."""
+
+    now_ns: int
+    slow_until_ns: int
+    slow: float
+    """A step takes up to so many times as long until then."""
+    step_s: Array
+    """Longest step, and longest lateness of one."""
+
+    def take_second(self, pair: Pair) -> tuple[int, int] | None:
+        """When the second of a pair begins its next step, and when anybody else is due.
+
+        It is taken out of the queue; None, and it is not, where somebody else is due before.
+        """
+
+    def put_back(self) -> None:
+        """Put what was taken last into the queue again, in its old place."""
+
+    def draws(self) -> Array:
+        """Random numbers that come next."""
+
+    def pass_by(self, at_ns: npt.NDArray[np.int64], pids: npt.NDArray[np.int64]) -> None:
+        """Note steps that were done elsewhere; each has taken its random numbers."""
+
+    def queue_at(self, activity: Activity, at_ns: int) -> None:
+        """Have an activity go on at an instant."""
+
+
+class PairedStretches:
+    """Plays them for one computer."""
+
+    def __init__(self, computer: StretchedComputer) -> None:
+        self._computer = computer
+        self._loop: tuple[Activity, ControlLoop, DeadlineScheduler] | None = None
+        self._twin: tuple[Activity, Playing] | None = None
+        self.seen_phase: float | None = None
+        """A stretch begins only in the phase that was seen last; None: in any."""
+        self._play = TypedCall(paired_ticks.play, lambda loop, *_: loop.heads_mm is None)
+        self._at_ns = np.empty(MOST, np.int64)
+        self._who = np.empty(MOST, np.uint8)
+
+    def take_loop(self, activity: Activity, loop: ControlLoop, pace: DeadlineScheduler) -> None:
+        """Take note of a controller that begins to tick."""
+        self._loop = activity, loop, pace
+
+    def take_twin(self, activity: Activity, playing: Playing) -> None:
+        """Take note of the twin that begins to play."""
+        self._twin = activity, playing
+
+    def play(self, activity: Activity, ends_ns: int) -> bool:
+        """Play a stretch that begins with a step of an activity now; false where there is none."""
+        if self._loop is None or self._twin is None:
+            return False
+        of_loop, loop, _ = self._loop
+        of_twin, playing = self._twin
+        if activity is not of_loop and activity is not of_twin:
+            return False
+        port, commands = loop.around.port, playing.listener.ring.reader
+        if not isinstance(port, TwinMachine) or port.shown is None or commands is None:
+            return False
+        if not self._is_left_alone():
+            return False
+        pair = Pair(activity, of_twin if activity is of_loop else of_loop)
+        taken = self._computer.take_second(pair)
+        if taken is None:
+            return False
+        second_ns, others_ns = taken
+        limit_ns = min(others_ns, ends_ns + 1)
+        played = limit_ns - self._computer.now_ns > SHORTEST_NS and self._play_until(
+            limit_ns, pair, second_ns, port, commands
+        )
+        if not played:
+            self._computer.put_back()
+        return played
+
+    def _is_left_alone(self) -> bool:
+        """True where both do nothing but tick, and whoever waits for a phase has seen it."""
+        assert self._loop is not None
+        assert self._twin is not None
+        loop, twin = self._loop[1], self._twin[1].twin
+        for process in (self._loop[0].process, self._twin[0].process):
+            if process.status is not None or process.terminations:
+                return False
+            if process.frozen_until_ns > self._computer.now_ns:
+                return False
+            if any(inbox.waiting for inbox in process.inboxes):
+                return False
+        if self.seen_phase not in (None, loop.memory.outputs[_PHASE]):
+            return False
+        return loop.is_left_alone and twin.faults.is_sound
+
+    def _play_until(
+        self, limit_ns: int, pair: Pair, second_ns: int, port: TwinMachine, commands: RingReader
+    ) -> bool:
+        """Play until an instant; false where the first step is more than a tick."""
+        assert self._loop is not None
+        assert self._twin is not None
+        assert port.shown is not None
+        of_loop, loop, loop_pace = self._loop
+        of_twin, (twin, listener, twin_pace) = self._twin
+        computer = self._computer
+        clocks = np.zeros((2, CLOCK), np.int64)
+        begins = {id(pair.first): computer.now_ns, id(pair.second): second_ns}
+        both = ((LOOP, of_loop, loop_pace), (MACHINE, of_twin, twin_pace))
+        for who, activity, pace in both:
+            busy_ns = activity.process.busy_until_ns
+            due_ns = max(begins[id(activity)], busy_ns)
+            clocks[who] = pace.deadline_ns, pace.skipped, due_ns, busy_ns
+        before = int(twin.ring.header[slot.NEWEST])
+        count = self._play(
+            _side_of(loop),
+            MachineRow(
+                twin.call.side_row,
+                twin.call.memory,
+                twin.call.shown_row,
+                listener.heard,
+                twin_process.LOOK_TICKS,
+                twin_process.CAUGHT_UP,
+            ),
+            _ends(port.commands, commands),
+            _ends(twin.ring, port.shown),
+            _ends(loop.around.ring, None),
+            Stretch(
+                clocks,
+                np.array([loop_pace.period_ns, twin_pace.period_ns]),
+                limit_ns,
+                _PHASE,
+                port.looks_ns,
+                computer.step_s,
+                computer.slow_until_ns,
+                computer.slow,
+                computer.draws(),
+                self._at_ns,
+                self._who,
+            ),
+        )
+        if count == 0:
+            return False
+        pids = np.where(self._who[:count] == LOOP, of_loop.process.pid, of_twin.process.pid)
+        computer.pass_by(self._at_ns[:count], pids)
+        twin.faults.tick += int(twin.ring.header[slot.NEWEST]) - before
+        port.number = int(loop.memory.counts[NUMBER])
+        for who, activity, pace in both:
+            clock = clocks[who]
+            pace.deadline_ns, pace.skipped = int(clock[DEADLINE]), int(clock[SKIPPED])
+            activity.process.busy_until_ns = int(clock[BUSY])
+            activity.due_ns = pace.due_ns
+            computer.queue_at(activity, int(clock[DUE]))
+        return True
+
+
+def _side_of(loop: ControlLoop) -> LoopSide:
+    call, memory = loop.call, loop.memory
+    return LoopSide(
+        call.settings_row,
+        call.heads_mm,
+        call.state_row,
+        memory.inputs[np.newaxis],
+        memory.outputs[np.newaxis],
+        real_time_call.NO_STATES,
+        loop.row,
+        memory,
+        loop.pace,
+        loop.readings,
+        _READINGS,
+        loop.look_ticks,
+    )
+
+
+def _ends(writer: RingWriter, reader: RingReader | None) -> RingEnds:
+    read = writer if reader is None else reader
+    return RingEnds(writer.header, writer.slots, read.header, read.slots)

@@ -1,0 +1,65 @@
+"""Stretches of a controller's and the twin's ticks: the same steps as one after the other."""
+
+import pytest
+
+from opensuction.evidence.lives import life, paired_stretch, simulated_computer
+from opensuction.evidence.lives.life import Life, LifeResult
+from opensuction.evidence.lives.life_fault import CONTROL, RECORDER, Kind, LifeFault
+from opensuction.kernel.vocabulary import Phase
+
+INSERTING, SUCTIONING = Phase.INSERTING, Phase.SUCTIONING
+LIVES = {
+    "a controller that dies": (LifeFault(Kind.KILL, CONTROL, INSERTING, 0.05, 0.0),),
+    "a controller that stands still for a moment": (
+        LifeFault(Kind.FREEZE, CONTROL, SUCTIONING, 0.0, 0.012),
+        LifeFault(Kind.FREEZE, CONTROL, INSERTING, 0.03, 0.4),
+    ),
+    "a slow computer, and a person who stops it": (
+        LifeFault(Kind.SLOW, "", INSERTING, 0.0, 1.5),
+        LifeFault(Kind.STOP, "", INSERTING, 0.09, 0.0),
+    ),
+    "a host that stands still while mail is lost": (
+        LifeFault(Kind.STANDSTILL, "", None, 7.0, 2.5),
+        LifeFault(Kind.MAIL, "", None, 2.0, 6.0),
+        LifeFault(Kind.KILL, RECORDER, Phase.WITHDRAWING, 0.01, 0.0),
+    ),
+}
+
+
+def _one_by_one(monkeypatch: pytest.MonkeyPatch, drawn: Life) -> LifeResult:
+    """The life with each step done by its own process."""
+    with monkeypatch.context() as patched:
+        patched.setattr(simulated_computer, "PairedStretches", lambda _: None)
+        return life.play(drawn)
+
+
+@pytest.mark.parametrize("faults", LIVES.values(), ids=LIVES)
+def test_a_life_is_the_same_with_each_step_done_by_itself(
+    faults: tuple[LifeFault, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = Life(5, 2, faults)
+    found, expected = life.play(drawn), _one_by_one(monkeypatch, drawn)
+    assert found.violations == ()
+    assert found == expected
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(20))
+def test_lives_of_all_faults_are_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = life.draw(710_000 + seed)
+    assert life.play(drawn) == _one_by_one(monkeypatch, drawn)
+
+
+def test_most_steps_are_done_in_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or nothing has been shown of them."""
+    lengths = []
+    pass_by = simulated_computer.SimulatedComputer.pass_by
+
+    def count(self: simulated_computer.SimulatedComputer, at_ns: object, pids: object) -> None:
+        lengths.append(len(at_ns))  # type: ignore[arg-type]
+        pass_by(self, at_ns, pids)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(simulated_computer.SimulatedComputer, "pass_by", count)
+    found = life.play(Life(5, 2, (LifeFault(Kind.SLOW, "", None, 0.0, 0.001),)))
+    assert sum(lengths) > 0.8 * found.steps
+    assert max(lengths) <= paired_stretch.MOST
