@@ -185,7 +185,7 @@ def _has_more_to_do(
 
 @compiled
 def _schedule(stretch: Stretch, who: int, due_ns: int, draw: int) -> None:
-    """When the next step of somebody begins who does one now."""
+    """Set the instant of the next step of somebody who does one now."""
     clock, step_s = stretch.clocks[who], stretch.step_s
     now_ns = clock[DUE]
     most_s = step_s[0] * (stretch.slow if now_ns < stretch.slow_until_ns else 1.0)

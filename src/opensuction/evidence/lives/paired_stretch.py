@@ -64,7 +64,7 @@ class StretchedComputer(Protocol):
     """Longest step, and longest lateness of one."""
 
     def take_second(self, pair: Pair) -> tuple[int, int] | None:
-        """When the second of a pair begins its next step, and when anybody else is due.
+        """Instants at which the second of a pair begins its next step, and anybody else is due.
 
         It is taken out of the queue; None, and it is not, where somebody else is due before.
         """

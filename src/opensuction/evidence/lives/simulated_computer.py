@@ -287,7 +287,7 @@ class SimulatedComputer:
                 self.watch_passed(Step(int(begun_ns), pid, self.processes[pid].module))
 
     def take_second(self, pair: Pair) -> tuple[int, int] | None:
-        """When the second of a pair begins its next step, and when anybody else is due.
+        """Instants at which the second of a pair begins its next step, and anybody else is due.
 
         It is taken out of the queue; None, and it is not, where somebody else is due before.
         """

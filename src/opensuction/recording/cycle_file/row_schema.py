@@ -275,7 +275,7 @@ def _layout_of(columns: tuple[SchemaColumn, ...]) -> Layout:
     for column, first in zip(columns, at, strict=True):
         is_number[first : first + (1 if column.kind is bool else message_row.WORD)] = True
     kind = [_NUMBERS[column.kind] for column in columns]
-    places = Places(np.array(at, np.int64), np.array(kind, np.int64))
+    places = Places(np.array(at, np.uint64), np.array(kind, np.int64))
     made = Layout(columns, template, places, is_number)
     row = np.empty((1, made.size), np.uint8)
     pack(made, np.zeros((1, len(columns))), row, 0)
