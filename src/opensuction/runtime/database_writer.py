@@ -6,12 +6,13 @@ far they are stored, and keeps what comes after.
 
 from collections import deque
 from collections.abc import Callable, Iterable
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from opensuction import __version__
-from opensuction.host.host import Files, Host, Steps, Work, after
+from opensuction.host.host import NS_PER_S, Files, Host, Steps, Work, after
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
@@ -237,7 +238,8 @@ class DatabaseWriter:
             if recording is not None and one.recording == recording:
                 self._cycle = one.id
             else:
-                records.end_cycle(one.id, UNSEEN)
+                now = datetime.fromtimestamp(self._host.clock.wall_ns() / NS_PER_S, tz=UTC)
+                records.end_cycle(one.id, UNSEEN, at=now)
 
 
 class NotSyncedError(Exception):

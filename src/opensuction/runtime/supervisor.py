@@ -10,6 +10,7 @@ until it is told to end.
 One process that is looked after: started, found again, missed, replaced.
 """
 
+import math
 import signal
 import sys
 from collections import deque
@@ -72,6 +73,8 @@ class SupervisedProcess:
         self._process: Child | None = None
         self._pid: int | None = None
         self._begun_s = 0.0
+        self._looked_s, self._awake_s = -math.inf, 0.0
+        """When it was looked for last, and since when it has been without a pause."""
         self._has_worked = False
         self.was_found = False
         """An earlier supervisor has started it: its death is no reason to end."""
@@ -145,9 +148,13 @@ class SupervisedProcess:
         self._has_worked = self._has_worked or self.works()
         if self._has_worked and not self._heartbeat.is_expected(self._life):
             return  # it has been told to end, and does
-        running_s = self._now_s() - self._begun_s
+        now_s = self._now_s()
+        if now_s - self._looked_s > MISSED_S:
+            self._awake_s = now_s  # the whole computer may have stood still: nobody was to answer
+        self._looked_s = now_s
+        watched_s = now_s - max(self._begun_s, self._awake_s)
         allowed_s = self._hung_s if self._has_worked else launch.BEGINS_S
-        if running_s > allowed_s and self._heartbeat.age_s(self._life) > allowed_s:
+        if watched_s > allowed_s and self._heartbeat.age_s(self._life) > allowed_s:
             self._signal(signal.SIGKILL)
 
     def end(self, seconds: float, meanwhile: Callable[[], None]) -> Steps[bool]:

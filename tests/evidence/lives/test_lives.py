@@ -68,6 +68,17 @@ def test_what_a_controllers_death_leads_to_comes_in_its_order() -> None:
     assert later.index("control_process is started") < later.index("phase halted")
 
 
+@pytest.mark.parametrize("seconds", [1.2, 2.5, 9.0])
+def test_a_controller_that_stood_still_with_its_whole_computer_is_not_ended(
+    seconds: float,
+) -> None:
+    """Its supervisor stood still as well, and looks before the other can give a sign of life."""
+    still = LifeFault(Kind.STANDSTILL, "", Phase.INSERTING, 0.05, seconds)
+    found = play(still)
+    assert found.violations == ()
+    assert not any("killed" in one.what for one in found.events)
+
+
 def test_a_seed_gives_the_same_life_in_one_and_in_two_processes() -> None:
     seeds, kinds = range(40, 43), tuple(Kind)
     alone = lives.run(seeds, kinds, 1)
