@@ -1,6 +1,7 @@
 """Work spread over processes: answered in order, ended with whoever asked."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -46,6 +47,34 @@ def test_a_task_that_kills_every_process_ends_the_work() -> None:
     with pytest.raises(worker_pool.WorkerLostError, match="3 processes died over the same task"):
         worker_pool.spread(eval, [DIES], 2, warn=warned.append)
     assert len(warned) == 2
+
+
+def test_a_signal_ends_the_processes_before_it_is_heard_of(tmp_path: Path) -> None:
+    program = (
+        "import os, signal\n"
+        "from opensuction.evidence import worker_pool\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "try:\n"
+        f"    worker_pool.spread(eval, [{WAITS!r}] * 2, 2, warn=print)\n"
+        "except KeyboardInterrupt:\n"
+        "    try:\n"
+        "        os.waitpid(-1, os.WNOHANG)\n"
+        "        print('some are left', flush=True)\n"
+        "        os._exit(1)\n"
+        "    except ChildProcessError:\n"
+        "        print('no process is left')\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        assert [process.stderr.readline() for _ in range(2)] == ["working\n"] * 2
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=60)[0] == "no process is left\n"
 
 
 def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:

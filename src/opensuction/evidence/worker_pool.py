@@ -74,6 +74,7 @@ class _WorkerPool:
         for number in range(len(tasks)):
             self._waiting.put(number)
         self._lost: Counter[int] = Counter()
+        self._processes: list[subprocess.Popen[bytes]] = []
         self._lock = threading.Lock()
 
     def employ(self, tell: Callable[[int, Any], None], warn: Callable[[str], None]) -> None:
@@ -84,11 +85,19 @@ class _WorkerPool:
                 with subprocess.Popen(
                     WORKER, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
                 ) as process:
+                    self._processes.append(process)
                     self._work(process, tell, warn)
         except Empty:
             pass
         except BaseException as failure:
             self.failures.append(failure)
+
+    def end(self, ending: BaseException) -> None:
+        """Have no process work any more, and wait until none does."""
+        self.failures.append(ending)
+        for process in tuple(self._processes):
+            process.kill()
+            process.wait()
 
     def _work(
         self,
@@ -102,6 +111,8 @@ class _WorkerPool:
             try:
                 answer = _ask(process, self._function, self._tasks[number])
             except _DiedError:
+                if self.failures:
+                    return  # it was ended with the others
                 self._lose(number, _describe(process.wait()), warn)
                 return
             with self._lock:
@@ -131,17 +142,22 @@ def spread(
 
     function: of a module, so that a process can import it. tell: hears of each answer with the
     number of its task, from other threads, one call at a time. warn: hears of a process that died.
-    Raises what a task raised first, and WorkerLostError for one over which `MOST_LOST` died.
+    Raises what a task raised first, and WorkerLostError for one over which `MOST_LOST` died. What
+    is raised in the thread that waits here, as a signal, ends the processes first.
     """
     pool = _WorkerPool(function, tasks)
     threads = [
         threading.Thread(target=pool.employ, args=(tell, warn), daemon=True)
         for _ in range(min(workers, len(tasks)))
     ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    except BaseException as ending:
+        pool.end(ending)
+        raise
     if pool.failures:
         raise pool.failures[0]
     return [pool.answers[number] for number in range(len(tasks))]
