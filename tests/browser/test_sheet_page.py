@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.browser
 
-PLOTS = ("plot-1-1", "plot-1-2")
+PLOTS = ("plot-1-1", "plot-1-2", "plot-1-3")
 BLANK = 20
 """Fewer colours than this are an empty frame: curves and their smoothed edges have more."""
 

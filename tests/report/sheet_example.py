@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from opensuction.report.sheet import Curve, Level, Plot, Section, Sheet, Table
+from opensuction.report.sheet import Curve, Lane, Level, Plot, Section, Sheet, Stretch, Table
 
 
 def sheet() -> Sheet:
@@ -32,8 +32,21 @@ def sheet() -> Sheet:
                         time_s,
                         "Two waves.",
                         (Level(0.5, "half"),),
+                        shades=(Stretch("first half", "in", 0.0, 10.0),),
+                        span=(0.0, 20.0),
                     ),
                     Plot("A loop", "mm", "mm", (Curve("loop", wave, x=np.cos(time_s)),)),
+                    Plot(
+                        "What was on",
+                        "Time (s)",
+                        "",
+                        (),
+                        lanes=(
+                            Lane("pump", (Stretch("on", "in", 2.0, 9.0),)),
+                            Lane("alarms", (Stretch("late", "notice", 8.0, 8.0),), named=True),
+                        ),
+                        span=(0.0, 20.0),
+                    ),
                 ),
             ),
         ),

@@ -72,8 +72,8 @@ def render_template(template: str, scripts: tuple[str, ...], **context: Any) -> 
 
 Values = npt.NDArray[np.float64]
 
-SCRIPTS = ("plot_parts.js", "sheet.js")
-"""In this order: the second uses the first."""
+SCRIPTS = ("plot_parts.js", "lanes.js", "sheet.js")
+"""In this order: each uses those before it."""
 BUCKETS = 300
 """Stretches of a curve of which each keeps its extremes: fewer than pixels."""
 
@@ -97,8 +97,29 @@ class Level(NamedTuple):
     name: str
 
 
+class Stretch(NamedTuple):
+    """A stretch of an abscissa with a name: shaded behind curves, or a bar of a lane."""
+
+    name: str
+    """Beside or within it; may be empty."""
+    kind: str
+    """Colour by its name in the style sheet."""
+    start: float
+    end: float
+    """As its start: an instant."""
+
+
+class Lane(NamedTuple):
+    """A row of bars and instants under one name."""
+
+    name: str
+    stretches: tuple[Stretch, ...]
+    named: bool = False
+    """Names are below the bars and instants, in rows; else within a bar that is long enough."""
+
+
 class Plot(NamedTuple):
-    """Curves over one abscissa, or with one each."""
+    """Curves over one abscissa, or with one each; or lanes, which have no ordinate."""
 
     title: str
     x_label: str
@@ -109,6 +130,12 @@ class Plot(NamedTuple):
     levels: tuple[Level, ...] = ()
     marks: tuple[Level, ...] = ()
     """Vertical lines: instants with a name."""
+    shades: tuple[Stretch, ...] = ()
+    """Behind the curves."""
+    lanes: tuple[Lane, ...] = ()
+    """In place of curves, the first one on top."""
+    span: tuple[float, float] | None = None
+    """Of the abscissa, for plots that stand below one another; None: what the curves span."""
 
 
 class Cell(NamedTuple):
@@ -176,6 +203,9 @@ def to_plain(plot: Plot) -> dict[str, Any]:
         "y_label": plot.y_label,
         "levels": [level._asdict() for level in plot.levels],
         "marks": [mark._asdict() for mark in plot.marks],
+        "shades": plot.shades,
+        "lanes": [lane._asdict() for lane in plot.lanes],
+        "span": plot.span,
     }
     values = [curve.y for curve in plot.curves]
     kept, decimals = None, _decimals(values)

@@ -6,7 +6,7 @@
   const NARROW_PX = 480; // a phone: less room
   const NARROW_HEIGHT_PX = 240;
   const MARGIN = 0.05; // of what the curves span, around them
-  const { axis, colour, level, mark } = parts;
+  const { axis, colour, level, mark, shadePhases } = parts;
   let plots = [];
 
   const extent = (values) => values.reduce(([low, high], value) =>
@@ -67,14 +67,21 @@
     if (isFolded(element)) return;
     element.replaceChildren();
     const width = parts.widthOf(element);
+    if (plot.lanes.length) {
+      plots.push(lanes.draw(element, plot, width));
+      return;
+    }
     const height = width < NARROW_PX ? NARROW_HEIGHT_PX : HEIGHT_PX;
     const levels = (u) => {
       plot.levels.forEach(({ value, name }) => level(u, "y", value, name, "soft", "above"));
-      plot.marks.forEach(({ value, name }, i) => mark(u, value, name, "fault", i));
+      const below = plot.shades.length ? 1 : 0; // the names of what is shaded are on top
+      plot.marks.forEach(({ value, name }, i) => mark(u, value, name, "fault", i + below));
     };
+    const shades = (u) => shadePhases(u, plot.shades, true);
+    const range = plot.span ?? undefined;
     const common = {
       width, height,
-      scales: { x: { time: false }, y: { range: padded } },
+      scales: { x: { time: false, range }, y: { range: padded } },
       axes: [axis(plot.x_label, { size: 32 }), axis(plot.y_label, { size: 56 })],
     };
     if (plot.x) {
@@ -82,17 +89,17 @@
         ...common,
         cursor: { y: false },
         series: [{ label: plot.x_label, value: shown }, ...plot.curves.map(looks)],
-        hooks: { draw: [levels], ready: [parts.followTouch] },
+        hooks: { drawClear: [shades], draw: [levels], ready: [parts.followTouch] },
       }, [plot.x, ...plot.curves.map((curve) => curve.y)], element));
       return;
     }
     const spans = ["x", "y"].map((name) => extent(plot.curves.flatMap((curve) => curve[name])));
     plots.push(new uPlot({
       ...common,
-      scales: { x: { time: false, range: padded }, y: { range: padded } },
+      scales: { x: { time: false, range: range ?? padded }, y: { range: padded } },
       cursor: { show: false }, legend: { show: false },
       series: [{}, { stroke: "transparent", points: { show: false } }],
-      hooks: { draw: [(u) => plot.curves.forEach((curve) => trace(u, curve)), levels] },
+      hooks: { drawClear: [shades], draw: [(u) => plot.curves.forEach((curve) => trace(u, curve)), levels] },
     }, spans, element));
     key(element, plot.curves);
   }
