@@ -63,7 +63,7 @@ def opensuction(*arguments: str, cwd: Path) -> Ran:
 def name_object(arguments: tuple[str, ...], data: Json) -> str:
     """Name of the object that a command printed, in the published schema."""
     if "--play" in arguments:
-        return "trial-play"
+        return f"{arguments[0]}-play"
     return "replay-several" if data.keys() == {"recordings"} else arguments[0]
 
 

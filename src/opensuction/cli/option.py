@@ -172,9 +172,19 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         show_default=False,
     ),
     "lives": typer.Option(
-        help="How many lives, each of a seed of its own.", min=1, max=10_000_000, metavar="N"
+        help="How many lives, each of a seed of its own. Default: 100.",
+        min=1,
+        max=10_000_000,
+        metavar="N",
+        show_default=False,
     ),
-    "life_seed": typer.Option("--seed", help="Seed of the first life.", min=0, metavar="N"),
+    "life_seed": typer.Option(
+        "--seed",
+        help="Seed of the first life. Default: 1.",
+        min=0,
+        metavar="N",
+        show_default=False,
+    ),
     "life_faults": typer.Option(
         "--faults",
         help="Kinds of faults that are drawn, with commas between them, or given several times. "
@@ -185,10 +195,9 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
     ),
     "play_life": typer.Option(
         "--play",
-        help="Play the life of this seed alone, and show its course; with the --faults of its "
-        "campaign.",
-        min=0,
-        metavar="SEED",
+        help="Play the life of this seed alone, show its course, and write its timeline and its "
+        "recordings; with the --faults of its campaign.",
+        metavar="SEED[@VERSION]",
         show_default=False,
     ),
     "resume": typer.Option(

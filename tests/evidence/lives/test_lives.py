@@ -9,6 +9,7 @@ import pytest
 from opensuction.evidence.lives import life, life_fault, lives
 from opensuction.evidence.lives.life import INVARIANTS, Life, LifeResult
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
+from opensuction.evidence.lives.lives import Campaign
 from opensuction.host import this_computer
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.kernel.errors import InputError
@@ -80,14 +81,16 @@ def test_a_controller_that_stood_still_with_its_whole_computer_is_not_ended(
 
 
 def test_a_seed_gives_the_same_life_in_one_and_in_two_processes() -> None:
-    seeds, kinds = range(40, 43), tuple(Kind)
-    alone = lives.run(seeds, kinds, 1)
-    shared = lives.run(seeds, kinds, 2)
+    seeds = range(40, 43)
+    campaign = Campaign(seeds)
+    alone = lives.run(campaign)
+    shared = lives.run(campaign._replace(workers=2))
     assert [one.trace for one in alone] == [one.trace for one in shared]
     assert len({one.trace for one in alone}) == 3
     assert [one.life for one in alone] == [life.draw(seed) for seed in seeds]
-    result = lives.to_result(seeds, kinds, alone, 1.0)
-    assert result.trace == lives.to_result(seeds, kinds, shared, 2.0).trace
+    result = lives.to_result(campaign, alone, {}, 1.0)
+    assert result.trace == lives.to_result(campaign, shared, {}, 2.0).trace
+    assert (result.lives, result.asked, result.complete) == (3, 3, True)
     assert result.ok == (not any(one.violations for one in alone))
     assert result.invariants == INVARIANTS
 
@@ -95,7 +98,7 @@ def test_a_seed_gives_the_same_life_in_one_and_in_two_processes() -> None:
 @pytest.mark.sweep
 def test_lives_that_nobody_has_seen_before_hold() -> None:
     """Seeds of their own beside those of the evidence."""
-    found = lives.run(range(700_000, 700_020), tuple(Kind), 2)
+    found = lives.run(Campaign(range(700_000, 700_020), workers=2))
     assert [one for one in found if one.violations] == []
 
 
@@ -148,7 +151,7 @@ def test_the_fewest_faults_that_break_something_are_found(monkeypatch: pytest.Mo
     monkeypatch.setattr(SupervisedProcess, "look", lambda _: None)
     found = play(NOTHING, KILL_RECORDER, LifeFault(Kind.WALL_CLOCK, "", None, 3.0, 60.0))
     assert lives.shrink(found) == (KILL_RECORDER,)
-    reported = lives.to_played(found)
+    reported = lives.to_played(found, fewest=lives.shrink(found))
     assert reported.fewest == ("kill-recorder@inserting+0.0500",)
 
 

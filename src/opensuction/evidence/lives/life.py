@@ -4,10 +4,12 @@ The judges are the oracle, by the twin's truth alone, and the records and record
 """
 
 import random
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Literal, NamedTuple
 
 from opensuction.evidence.lives import life_fault, record_judge, simulated_machine
+from opensuction.evidence.lives.life_course import Course, CourseWatch
 from opensuction.evidence.lives.life_fault import ALL, CONTROL, LASTS, TARGETS, Kind, LifeFault
 from opensuction.evidence.lives.record_judge import BrokenInvariant
 from opensuction.evidence.lives.simulated_computer import MailShares, Step
@@ -61,12 +63,17 @@ INVARIANTS = {
 """What must hold in every life."""
 
 
+EventKind = Literal["fault", "phase", "process", "told"]
+
+
 class LifeEvent(NamedTuple):
     """Something that happened."""
 
     at_s: float
     """From the life's begin."""
     what: str
+    kind: EventKind
+    """A fault of the life, a phase of the cycle, a process's begin or end, or people told."""
 
 
 class Life(NamedTuple):
@@ -91,23 +98,47 @@ class LifeResult(NamedTuple):
     """Course of the life."""
 
 
+class WatchedLife(NamedTuple):
+    """A life that somebody looked at from its begin to its end."""
+
+    result: LifeResult
+    course: Course
+    recordings: Mapping[str, bytes]
+    """Files that its recorders wrote, by their names."""
+
+
 def draw(seed: int, kinds: tuple[Kind, ...] = tuple(Kind)) -> Life:
     """The life of a seed."""
     chance = random.Random(f"life {seed}")
     return Life(seed, chance.randrange(MACHINES), life_fault.draw(chance, kinds))
 
 
-def play(life: Life) -> LifeResult:
-    """Play a life to its end, and judge it."""
-    with simulated_machine.simulated(life.seed, life.machine_seed) as machine:
+def play(life: Life, room: Path | None = None) -> LifeResult:
+    """Play a life to its end, and judge it.
+
+    room: folder for its files; None: memory. Raises InputError where that has no space for them.
+    """
+    with simulated_machine.simulated(life.seed, life.machine_seed, room) as machine:
         return _Player(machine, life).play()
+
+
+def watch(life: Life, room: Path | None = None) -> WatchedLife:
+    """Play the same life, to be shown: with its course and its recordings; see `play`."""
+    with simulated_machine.simulated(life.seed, life.machine_seed, room) as machine:
+        course = CourseWatch(machine)
+        result = _Player(machine, life, course).play()
+        files = sorted(machine.out.glob("*.mcap"))
+        return WatchedLife(result, course.end(), {one.name: one.read_bytes() for one in files})
 
 
 class _Player:
     """Brings a life's faults about, and judges it."""
 
-    def __init__(self, machine: SimulatedMachine, life: Life) -> None:
+    def __init__(
+        self, machine: SimulatedMachine, life: Life, course: CourseWatch | None = None
+    ) -> None:
         self._machine, self._life, self._computer = machine, life, machine.computer
+        self._course = course
         self._waiting = [one for one in life.faults if one.phase is not None]
         """Faults whose phase has not begun."""
         self._over_ns = 0
@@ -121,7 +152,7 @@ class _Player:
         """A fault comes now."""
         self._events: list[LifeEvent] = []
         self._computer.watch, self._computer.listen = self._see, self._hear
-        self._computer.watch_passed = self._watch.see
+        self._computer.watch_passed = self._see_passed
         machine.unanswered = self._miss
         if self._computer.stretches is not None:
             self._computer.stretches.seen_phase = self._phase
@@ -144,14 +175,14 @@ class _Player:
         truth = repr((verdict.end_mm, verdict.last_inside_s, verdict.told))
         self._computer.trace.update(truth.encode())
         trace = self._computer.trace.hexdigest()[:TRACE]
-        events = sorted([*self._events, *self._told(verdict)])
+        events = sorted([*self._events, *self._told(verdict)], key=lambda one: one.at_s)
         found += self._found
         steps = self._computer.steps
         return LifeResult(self._life, tuple(found), steps, simulated_s, trace, tuple(events))
 
-    def _note(self, what: str) -> None:
+    def _note(self, what: str, kind: EventKind) -> None:
         at_s = (self._computer.now_ns - self._began_ns) / NS_PER_S
-        self._events.append(LifeEvent(at_s, what))
+        self._events.append(LifeEvent(at_s, what, kind))
 
     def _break(self, invariant: str, said: str) -> None:
         at_s = (self._computer.now_ns - self._began_ns) / NS_PER_S
@@ -159,7 +190,9 @@ class _Player:
 
     def _hear(self, what: str) -> None:
         """Note that a process began or ended."""
-        self._note(what)
+        self._note(what, "process")
+        if self._course is not None:
+            self._course.look()
         if not self._strikes:
             name, _, how = what.partition(" ")
             if how == "was killed":
@@ -174,14 +207,19 @@ class _Player:
 
     def _told(self, verdict: Verdict) -> Iterator[LifeEvent]:
         """Annunciations, from the twin's clock to the life's."""
-        ended_s = (self._computer.now_ns - self._began_ns) / NS_PER_S
         for one in verdict.told:
-            at_s = one.at_s - verdict.now_s + ended_s
-            yield LifeEvent(at_s, f"people are told: {name_of(one.condition)}")
+            at_s = (self._machine.nature.at_ns(one.at_s) - self._began_ns) / NS_PER_S
+            yield LifeEvent(at_s, f"people are told: {name_of(one.condition)}", "told")
+
+    def _see_passed(self, step: Step) -> None:
+        """See a step that needs nothing to be done."""
+        self._watch.see(step)
+        if self._course is not None:
+            self._course.see(step)
 
     def _see(self, step: Step) -> None:
         """Before a step: where a phase has begun, faults that wait for it come so long after."""
-        self._watch.see(step)
+        self._see_passed(step)
         if step.module != launch.CONTROL:
             return
         number = self._machine.display.phase_number(step.pid)
@@ -190,7 +228,7 @@ class _Player:
         self._phase = number
         if self._computer.stretches is not None:
             self._computer.stretches.seen_phase = number
-        self._note(f"phase {name_of(Phase(number))}")
+        self._note(f"phase {name_of(Phase(number))}", "phase")
         for one in [one for one in self._waiting if one.phase == number]:
             self._waiting.remove(one)
             self._come(one)
@@ -208,12 +246,14 @@ class _Player:
 
     def _strike(self, fault: LifeFault) -> None:
         """Bring a fault about, now, of which people are told where they must be."""
-        self._note(f"fault {fault.title}")
+        self._note(f"fault {fault.title}", "fault")
         if fault.kind is Kind.KILL or (fault.target and fault.seconds > STANDS_S):
             self._owe(fault)
         self._strikes = True
         self._do(fault)
         self._strikes = False
+        if self._course is not None:
+            self._course.look()  # where the whole host stands still, the next step is after it
 
     def _do(self, fault: LifeFault) -> None:
         computer, machine = self._computer, self._machine

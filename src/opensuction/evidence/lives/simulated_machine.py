@@ -6,21 +6,21 @@ and presses again where nobody answers. A supervisor that died is started again 
 as a service manager does. A judge sees the twin's truth from outside.
 """
 
+import errno
 import shutil
 import tempfile
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from opensuction.controller.configuration import Configuration
+from opensuction.evidence.lives.bedside import PATIENCE_S, Bedside, Display, Situation
 from opensuction.evidence.lives.simulated_computer import Main, SimulatedComputer
 from opensuction.evidence.lives.witness import Witness
 from opensuction.host.host import NS_PER_S, Child, Host, Steps, after
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler, Pacing
-from opensuction.ipc.mailbox import Sender
-from opensuction.ipc.ring import EventReader, FollowedRing
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import STOP
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
@@ -36,7 +36,7 @@ from opensuction.runtime import (
     recorder_process,
     supervisor,
 )
-from opensuction.runtime.loop import ROW_COLUMNS, ControlLoop
+from opensuction.runtime.loop import ControlLoop
 from opensuction.runtime.machine_folder import About
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -48,10 +48,6 @@ SERIAL = "simulated-1"
 NURSE, VISITOR = "nurse", "visitor"
 LOOK_S = 0.05
 """How often people look at the machine."""
-PRESS_S = 0.06
-"""Between two buttons of one person."""
-PATIENCE_S = 3.0
-"""After it a person presses again what was not answered."""
 MANAGER_S = 2.0
 """After it a supervisor that died is started again."""
 JUDGED_EVERY_S = 1.0
@@ -64,17 +60,14 @@ PROCESSES: Mapping[str, Main] = {
     launch.SUPERVISOR: lambda host, told: supervisor.steps(host, *map(Path, told)),
 }
 """Processes of a machine, by their modules."""
-_PHASE, _TICK = (ROW_COLUMNS.index(name) for name in ("outputs.phase", "inputs.tick"))
-_REST = ROW_COLUMNS.index("outputs.counters.rest_left_s")
-
-
-class Situation(NamedTuple):
-    """State of a machine as a person sees it."""
-
-    phase: Phase
-    tick: int
-    is_rested: bool
-    """The patient has rested since the last cycle."""
+ROOM = "opensuction-lives-"
+"""Begin of the name of a folder for many machines."""
+MIB = 2**20
+BEGINS_MIB, ENDS_MIB = 128, 32
+"""Space of its folder that a life takes at most; and so much that no ring failed to be made."""
+FULL = (errno.ENOSPC, errno.EDQUOT)
+CLEARED_TIMES = 5
+"""A process that is ending may still write into a folder that goes."""
 
 
 @lru_cache(PREPARED)
@@ -84,67 +77,23 @@ def _prepare(seed: int) -> Prepared:
     return cycle_run.prepare(resolution.resolve(CycleChoice(rig)))
 
 
-class Display:
-    """State of a machine as its controller shows it."""
+class NatureClock:
+    """From the twin's time to the computer's: the twin does not make up for a long standstill."""
 
-    def __init__(self, folder: Path) -> None:
-        self._ring = FollowedRing(folder / machine_folder.RING, lambda found: found == ROW_COLUMNS)
-        self._shown_by = -1
+    def __init__(self) -> None:
+        self._played_s: list[float] = []
+        self._at_ns: list[int] = []
 
-    def phase_number(self, pid: int) -> int:
-        """Number of the phase now, before a step of a controller; -1 where none shows any.
+    def note(self, played_s: float, at_ns: int) -> None:
+        """Note when the twin had played so much."""
+        if not self._played_s or played_s > self._played_s[-1]:
+            self._played_s.append(played_s)
+            self._at_ns.append(at_ns)
 
-        pid: of the controller's process.
-        """
-        if pid != self._shown_by and self._ring.look():
-            self._shown_by = pid
-        reader = self._ring.reader
-        return -1 if reader is None or reader.newest() == 0 else int(reader.peek(_PHASE))
-
-    def look(self) -> Situation | None:
-        """State of the machine now; None where no controller has shown any."""
-        self._ring.look()
-        newest = None if self._ring.reader is None else self._ring.reader.snapshot()
-        if newest is None:
-            return None
-        row = newest[1]
-        return Situation(Phase(int(row[_PHASE])), int(row[_TICK]), row[_REST] == 0.0)
-
-
-class Bedside(Display):
-    """A machine's display and buttons, before one person."""
-
-    def __init__(self, folder: Path, host: Host, who: str) -> None:
-        super().__init__(folder)
-        self._folder, self._host, self._who, self._asked = folder, host, who, 0
-        self.is_impatient = False
-        self.asked_ns: dict[str, int] = {}
-        """When a request was sent, by its key."""
-        self.unanswered: Callable[[int], None] = lambda _: None
-        """Told when a request was sent that nobody has answered by now."""
-
-    def press(self, button: str) -> Steps[str]:
-        """Press a button; the verdict, empty where there is none within `PATIENCE_S`."""
-        self._asked += 1
-        key, clock = f"{self._who}-{self._asked}", self._host.clock
-        try:
-            events = EventReader(self._folder / machine_folder.EVENTS)
-            events.read()
-            sender = Sender(self._folder / machine_folder.ASK, self._who, 0.0, self._host)
-            sent_ns = clock.monotonic_ns()
-            for name in (key, f"{key}-again")[: 1 + self.is_impatient]:
-                self.asked_ns[name] = sent_ns
-                sender.ask(button, name, "2025-06-15T15:06:40Z")
-        except InputError:
-            return ""
-        ends_ns = after(clock, PATIENCE_S)
-        while clock.monotonic_ns() < ends_ns:
-            yield after(clock, PRESS_S)
-            for one in events.read()[0]:
-                if one.fields.get("key") == key:
-                    return str(one.fields["verdict"])
-        self.unanswered(sent_ns)
-        return ""
+    def at_ns(self, played_s: float) -> float:
+        """Instant at which the twin had played so much, by the next that was noted."""
+        place = min(bisect_left(self._played_s, played_s), len(self._played_s) - 1)
+        return self._at_ns[place] - (self._played_s[place] - played_s) * NS_PER_S
 
 
 class SimulatedMachine:
@@ -179,6 +128,7 @@ class SimulatedMachine:
             },
         )
         self.display, self.witness = Display(folder), Witness(folder)
+        self.nature = NatureClock()
         self._supervisor: Child | None = None
         self.has_cycled = False
         """The nurse's cycle is over."""
@@ -238,6 +188,8 @@ class SimulatedMachine:
             self.computer.run_until(min(self.computer.now_ns + step_ns, ends_ns))
             self.judge.look()
             self.witness.look()
+            twin = self.computer.processes[self.twin.pid]
+            self.nature.note(self.judge.now_s, twin.busy_until_ns)
             self._manage()
 
     def _manage(self) -> None:
@@ -326,12 +278,55 @@ class SimulatedMachine:
 
 
 @contextmanager
-def simulated(seed: int, machine_seed: int) -> Iterator[SimulatedMachine]:
-    """A machine in a folder that is gone afterwards."""
-    folder = Path(tempfile.mkdtemp(dir=MEMORY if MEMORY.is_dir() else None))
+def room() -> Iterator[Path]:
+    """A folder in memory for the machines of many lives; it goes with all that is in it."""
+    made = Path(tempfile.mkdtemp(prefix=ROOM, dir=_memory()))
+    try:
+        yield made
+    finally:
+        for _ in range(CLEARED_TIMES):
+            if made.exists():
+                shutil.rmtree(made, ignore_errors=True)
+
+
+@contextmanager
+def simulated(
+    seed: int, machine_seed: int, within: Path | None = None
+) -> Iterator[SimulatedMachine]:
+    """A machine in a folder that is gone afterwards.
+
+    within: where that folder is; None: memory. Raises InputError where there is no space for it,
+    and where there was none left in the end: what became of the machine says nothing then.
+    """
+    place = _memory() if within is None else within
+    _check_space(place, BEGINS_MIB)
+    folder = Path(tempfile.mkdtemp(dir=place))
     try:
         with closing(SimulatedMachine(folder, seed, machine_seed)) as made:
             yield made
+        _check_space(place, ENDS_MIB)
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        raise _no_space(place) from None
     finally:
-        with suppress(OSError):
-            shutil.rmtree(folder)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _memory() -> Path:
+    return MEMORY if MEMORY.is_dir() else Path(tempfile.gettempdir())
+
+
+def _check_space(place: Path, least_mib: int) -> None:
+    """Raises InputError where a folder has not so much space."""
+    if shutil.disk_usage(place).free < least_mib * MIB:
+        raise _no_space(place)
+
+
+def _no_space(place: Path) -> InputError:
+    free_mib = shutil.disk_usage(place).free / MIB
+    where = place.parent if place.name.startswith(ROOM) else place
+    return InputError(
+        f"no space for the files of a life: {free_mib:.0f} MiB are free in {where}, and it "
+        f"needs {BEGINS_MIB}; free some, or give fewer --workers"
+    )

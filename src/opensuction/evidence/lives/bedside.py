@@ -1,0 +1,92 @@
+"""The bedside of a simulated machine: its display, and the buttons as a person presses them."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from opensuction.host.host import Host, Steps, after
+from opensuction.ipc.mailbox import Sender
+from opensuction.ipc.ring import EventReader, FollowedRing
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import Phase
+from opensuction.runtime import machine_folder
+from opensuction.runtime.loop import ROW_COLUMNS
+
+PRESS_S = 0.06
+"""Between two buttons of one person."""
+PATIENCE_S = 3.0
+"""After it a person presses again what was not answered."""
+_PHASE, _TICK = (ROW_COLUMNS.index(name) for name in ("outputs.phase", "inputs.tick"))
+_REST = ROW_COLUMNS.index("outputs.counters.rest_left_s")
+
+
+class Situation(NamedTuple):
+    """State of a machine as a person sees it."""
+
+    phase: Phase
+    tick: int
+    is_rested: bool
+    """The patient has rested since the last cycle."""
+
+
+class Display:
+    """State of a machine as its controller shows it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._ring = FollowedRing(folder / machine_folder.RING, lambda found: found == ROW_COLUMNS)
+        self._shown_by = -1
+
+    def phase_number(self, pid: int) -> int:
+        """Number of the phase now, before a step of a controller; -1 where none shows any.
+
+        pid: of the controller's process.
+        """
+        if pid != self._shown_by and self._ring.look():
+            self._shown_by = pid
+        reader = self._ring.reader
+        return -1 if reader is None or reader.newest() == 0 else int(reader.peek(_PHASE))
+
+    def look(self) -> Situation | None:
+        """State of the machine now; None where no controller has shown any."""
+        self._ring.look()
+        newest = None if self._ring.reader is None else self._ring.reader.snapshot()
+        if newest is None:
+            return None
+        row = newest[1]
+        return Situation(Phase(int(row[_PHASE])), int(row[_TICK]), row[_REST] == 0.0)
+
+
+class Bedside(Display):
+    """A machine's display and buttons, before one person."""
+
+    def __init__(self, folder: Path, host: Host, who: str) -> None:
+        super().__init__(folder)
+        self._folder, self._host, self._who, self._asked = folder, host, who, 0
+        self.is_impatient = False
+        self.asked_ns: dict[str, int] = {}
+        """When a request was sent, by its key."""
+        self.unanswered: Callable[[int], None] = lambda _: None
+        """Told when a request was sent that nobody has answered by now."""
+
+    def press(self, button: str) -> Steps[str]:
+        """Press a button; the verdict, empty where there is none within `PATIENCE_S`."""
+        self._asked += 1
+        key, clock = f"{self._who}-{self._asked}", self._host.clock
+        try:
+            events = EventReader(self._folder / machine_folder.EVENTS)
+            events.read()
+            sender = Sender(self._folder / machine_folder.ASK, self._who, 0.0, self._host)
+            sent_ns = clock.monotonic_ns()
+            for name in (key, f"{key}-again")[: 1 + self.is_impatient]:
+                self.asked_ns[name] = sent_ns
+                sender.ask(button, name, "2025-06-15T15:06:40Z")
+        except InputError:
+            return ""
+        ends_ns = after(clock, PATIENCE_S)
+        while clock.monotonic_ns() < ends_ns:
+            yield after(clock, PRESS_S)
+            for one in events.read()[0]:
+                if one.fields.get("key") == key:
+                    return str(one.fields["verdict"])
+        self.unanswered(sent_ns)
+        return ""
