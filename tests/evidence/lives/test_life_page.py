@@ -53,6 +53,8 @@ def test_the_course_shows_what_became_of_every_process(watched: WatchedLife) -> 
     dead = [one for one in watched.course.stretches if one.state == "dead"]
     found = {one.process for one in dead if one.from_s == pytest.approx(killed_s, abs=0.01)}
     assert found == {"control", "recorder", "supervisor"}
+    ended_s = {one.at_s for one in watched.result.events if one.kind == "process"}
+    assert {one.from_s for one in dead} <= ended_s
 
 
 def test_the_course_shows_a_short_freeze_as_short_as_it_is() -> None:
