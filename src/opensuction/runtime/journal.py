@@ -111,6 +111,12 @@ class Journal:
         detail = f"{ticks} ticks: what happened in them is not on record"
         return self._entry("missed", first, Action(MACHINE, "rows-missed", detail))
 
+    def leave_out(self, ticks: int) -> Entry:
+        """Entry on rows that were followed, the last one among them or before, and not kept."""
+        assert self._last is not None
+        detail = f"{ticks} ticks: no recording holds them, for the disk took none"
+        return self._entry("unrecorded", self._last, Action(MACHINE, "rows-unrecorded", detail))
+
     def follow(self, rows: Array, happened: Iterable[ProcessEvent]) -> Iterator[Entry]:
         """The entries of rows, in order, and of what was told until then."""
         for event in happened:

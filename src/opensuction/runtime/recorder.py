@@ -87,7 +87,7 @@ class Recorder:
         self._last = state
         """The state before them; None where rows are missing there."""
         self._missed = 0
-        """How many rows are missing there."""
+        """How many rows are missing there; no recording tells of them yet."""
         self._writer: RecordingWriter | None = None
         self._left = AT_REST
         """What of it has been written: when the machine left its rest."""
@@ -133,6 +133,8 @@ class Recorder:
             if found.missed:
                 self._skip(found)
             self._number = max(self._number, found.first - 1)
+            if self._writer is not None:
+                self._tell_missed(self._writer, found.rows)
             self._tell(happened)
             for rows in _split(found.rows, self._new_from):
                 self._take(rows)
@@ -164,11 +166,11 @@ class Recorder:
     def _skip(self, found: Read) -> None:
         """Rows are missing before these."""
         self._before.clear()
-        self._last, self._missed = None, found.missed
+        self._last = None
         if self._writer is not None:
             self._writer.flush()
             self._offset += found.missed
-            self._tell_missed(self._writer, found.rows)
+        self._missed += found.missed
 
     def _tell_missed(self, writer: RecordingWriter, rows: Array) -> None:
         """That rows are missing before these."""
@@ -177,6 +179,7 @@ class Recorder:
             writer.add_event(
                 time_ns, RecordedEvent(tick, "gap", "rows-missed", f"{self._missed} ticks")
             )
+            writer.flush()  # a disk that refuses the rows behind it would take it along
             self._missed = 0
 
     def _tell(self, happened: Sequence[ProcessEvent]) -> None:
@@ -241,7 +244,7 @@ class Recorder:
         self._before.append(rows)
         since_s = rows[-1, _TIME] - AROUND_S
         while len(self._before) > 1 and self._before[0][-1, _TIME] < since_s:
-            self._last = self._before.popleft()[-1, _STATE]
+            self._last, self._missed = self._before.popleft()[-1, _STATE], 0
 
     def _utc_ns(self, rows: Array) -> npt.NDArray[np.uint64]:
         return (self._heading.began_ns + np.round(rows[:, _TIME] * NS_PER_S)).astype(np.uint64)

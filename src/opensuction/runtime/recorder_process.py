@@ -140,6 +140,8 @@ EVERY_S = 0.02
 """How often it looks: well before the ring of 10 s comes round."""
 QUIET_S = 0.5
 """Without rows for longer than this the controller may be another one by now."""
+ROOM_S = 6.0
+"""How long a controller that died waits for room on the disk: the ring of the next one has more."""
 PATIENCE_S = 5.0
 """How long an end waits for a database that is away."""
 _LEFT, _TICK = (ROW_COLUMNS.index(name) for name in ("loop.left_rest", "inputs.tick"))
@@ -182,11 +184,18 @@ class ControllerSession:
             None if unseen is None else (unseen, self._context),
         )
         self._followed = self._place.row
+        self._unrecorded = 0
+        """Rows that were followed and that the disk never took; nothing on record tells of them."""
 
     @property
     def lost(self) -> str:
         """Reason why something is not kept; empty where all is."""
         return self._recorder.lost or self._writer.lost
+
+    @property
+    def is_refused(self) -> bool:
+        """True while the disk does not take the rows."""
+        return bool(self._recorder.lost)
 
     def _describe(self) -> Heading:
         """Heading of the recordings of this controller."""
@@ -228,14 +237,23 @@ class ControllerSession:
             self._writer.put(self._journal.miss(new[0], missed), self._context)
         for entry in self._journal.follow(new, happened):
             self._writer.put(entry, self._context)
+        self._unrecorded += found.missed - max(missed, 0)
+        if not self._recorder.lost:
+            self._tell_unrecorded()
         self._bind()
         self._followed = max(self._followed, last)
         self._writer.reach(kept)
         event = self._source.event if self._writer.is_idle else self._place.event
         self._place = Place(min(kept, self._writer.stored), event)
-        # Until then another recorder goes on with the controller before.
-        if self._writer.has_caught_up:
+        # Until then another recorder goes on with the controller before, or tells what is missing.
+        if self._writer.has_caught_up and not self._unrecorded:
             self._mark.set(self._source.run.name, self._place)
+
+    def _tell_unrecorded(self) -> None:
+        """Put on record how many rows the disk never took."""
+        ticks, self._unrecorded = self._unrecorded, 0
+        if ticks > 0:
+            self._writer.put(self._journal.leave_out(ticks), self._context)
 
     def _bind(self) -> None:
         """After the cycles that the recordings are of: what they hold."""
@@ -243,7 +261,11 @@ class ControllerSession:
 
     def end(self, died: bool) -> None:
         """No more comes. died: its writer is dead."""
+        kept = self._recorder.kept
         self._recorder.close()
+        if self._recorder.lost:
+            self._unrecorded += self._followed - kept
+        self._tell_unrecorded()
         if died:
             for entry in self._journal.end():
                 self._writer.put(entry, self._context)
@@ -291,7 +313,7 @@ class RecorderService:
         # Or one that has never kept anything since is missed by nobody.
         self._heartbeat.beat(Process.KEEPING)
         while (source := (yield from self._wait())) is not None:
-            self._finish_before(source.run.name)
+            yield from self._finish_before(source.run.name)
             desk = self._open(source)
             yield from self._follow(desk, source)
             desk.take(*source.drain())
@@ -309,7 +331,7 @@ class RecorderService:
     def _open(self, source: Source) -> ControllerSession:
         return ControllerSession(self._folder, self._out, source, self._keeping, self._host)
 
-    def _finish_before(self, run: str) -> None:
+    def _finish_before(self, run: str) -> Steps[None]:
         """Record the rest of a controller whose recorder died, too, maybe with nothing read yet.
 
         run: of the controller after it. Once a row of this one was read, all of it was taken.
@@ -321,6 +343,15 @@ class RecorderService:
             if source.run.name != self._finished:
                 desk = self._open(source)
                 desk.take(*source.drain())
+                ends_ns = after(self._host.clock, ROOM_S)
+                while (
+                    desk.is_refused
+                    and not self._ending
+                    and self._host.clock.monotonic_ns() < ends_ns
+                ):
+                    self._beat(desk.lost)
+                    yield after(self._host.clock, EVERY_S)
+                    desk.take(*source.drain())
                 desk.end(died=True)
 
     def _wait(self) -> Steps[Source | None]:
