@@ -60,7 +60,20 @@ METHODS = (
 FAULTS = tuple(BY_NAME)
 COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
-LIFE_FAULTS = ("kill", "freeze", "standstill", "slow", "wall-clock", "mail", "stop", "impatient")
+LIFE_FAULTS = (
+    "kill",
+    "freeze",
+    "standstill",
+    "slow",
+    "wall-clock",
+    "mail",
+    "disk-full",
+    "disk-failing",
+    "disk-slow",
+    "database",
+    "stop",
+    "impatient",
+)
 PREOXYGENATION = ("confirmed", "skipped")
 FORMATS = ("csv", "parquet")
 REQUESTS = tuple(machine_button.BY_NAME)

@@ -192,3 +192,10 @@ def test_the_folder_of_a_life_is_gone_after_it(
     monkeypatch.setattr("opensuction.evidence.lives.simulated_machine.MEMORY", tmp_path)
     play(NOTHING)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_process_that_is_dead_does_not_stand_still_and_nobody_else_does() -> None:
+    dead = LifeFault(Kind.KILL, "supervisor", Phase.INSERTING, 0.1, 0.0)
+    frozen = LifeFault(Kind.FREEZE, "supervisor", Phase.INSERTING, 0.2, 2.0)
+    alone = life.play(Life(1, 3, (dead,)))
+    assert life.play(Life(1, 3, (dead, frozen))).trace == alone.trace

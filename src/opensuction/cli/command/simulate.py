@@ -200,7 +200,8 @@ COMMAND = Command(
     details="Twin, controller, recorder and supervisor are the processes of opensuction serve, run "
     "in one thread by a scheduler that a seed drives, a step at a time. A life is a cycle of a "
     "neonate with one to five faults between its steps: processes killed or frozen, the host "
-    "standing still or busy, datagrams lost, late or twice, the wall clock set, people who stop "
+    "standing still or busy, datagrams lost, late or twice, the wall clock set, a disk that is "
+    "full, slow or fails, a database that is away, people who stop "
     "the machine or press twice. Judged are the truth of the twin, the records and every "
     "recording. The same seed gives the same life, in the same version alone: a life that broke "
     "something is named by both, 4711@VERSION. --play shows one life, and writes a timeline "
@@ -216,7 +217,7 @@ Examples:
   opensuction simulate --json | jq '.broken[].play'
 
 \b
-Kinds of faults: kill, freeze, standstill, slow, wall-clock, mail, stop,
-impatient.""",
+Kinds of faults: kill, freeze, standstill, slow, wall-clock, mail, disk-full,
+disk-failing, disk-slow, database, stop, impatient.""",
     ends="0 everything held in every life, 1 something did not, or process after process died",
 )

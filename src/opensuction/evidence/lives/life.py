@@ -3,6 +3,7 @@
 The judges are the oracle, by the twin's truth alone, and the records and recordings that are left.
 """
 
+import math
 import random
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -10,8 +11,16 @@ from typing import Literal, NamedTuple
 
 from opensuction.evidence.lives import life_fault, record_judge, simulated_machine
 from opensuction.evidence.lives.life_course import Course, CourseWatch
-from opensuction.evidence.lives.life_fault import ALL, CONTROL, LASTS, TARGETS, Kind, LifeFault
-from opensuction.evidence.lives.record_judge import BrokenInvariant
+from opensuction.evidence.lives.life_fault import (
+    ALL,
+    CONTROL,
+    LASTS,
+    STORAGE,
+    TARGETS,
+    Kind,
+    LifeFault,
+)
+from opensuction.evidence.lives.record_judge import BrokenInvariant, Circumstances
 from opensuction.evidence.lives.simulated_computer import MailShares, Step
 from opensuction.evidence.lives.simulated_machine import SERIAL, SimulatedMachine
 from opensuction.evidence.lives.step_watch import STEADY_S, StepWatch
@@ -55,7 +64,8 @@ INVARIANTS = {
     "record": "every cycle is on record as it ended, and the audit trail verifies",
     "recording": "every recording can be read and replays bit for bit",
     "rows": "each row that was published is in a recording once; what is missing was told",
-    "kept": "each cycle, alarm, request and file of a recording is on record once",
+    "kept": "each cycle, alarm, request and file of a recording is on record once; the disk has "
+    "each recording, or people were told",
     "ticks": "a controller counts every tick that it misses",
     "memory": "a controller undoes no limit of the one before, nor forgets that it died in a cycle",
     "end": "told to end, everything ends",
@@ -147,9 +157,14 @@ class _Player:
         self._began_ns = machine.computer.now_ns
         self._found: list[BrokenInvariant] = []
         """While it was played."""
-        self._watch = StepWatch(self._began_ns, lambda said: self._break("hang", said))
+        disk = machine.computer.disk
+        self._watch = StepWatch(
+            self._began_ns, lambda said: self._break("hang", said), lambda: not disk.refuses
+        )
         self._strikes = False
         """A fault comes now."""
+        self._refused_s: float | None = None
+        """When the disk or the database began to refuse, by the twin's clock."""
         self._events: list[LifeEvent] = []
         self._computer.watch, self._computer.listen = self._see, self._hear
         self._computer.watch_passed = self._see_passed
@@ -250,7 +265,7 @@ class _Player:
         if fault.kind is Kind.KILL or (fault.target and fault.seconds > STANDS_S):
             self._owe(fault)
         self._strikes = True
-        self._do(fault)
+        (self._strike_disk if fault.kind in STORAGE else self._do)(fault)
         self._strikes = False
         if self._course is not None:
             self._course.look()  # where the whole host stands still, the next step is after it
@@ -264,7 +279,7 @@ class _Player:
                 for pid in pids:
                     computer.processes[pid].kill()
             case Kind.FREEZE | Kind.STANDSTILL:
-                for pid in pids or computer.processes:
+                for pid in pids if fault.target else computer.processes:
                     computer.freeze(pid, fault.seconds)
             case Kind.SLOW:
                 computer.slow_until_ns = self._after(fault.seconds)
@@ -276,6 +291,23 @@ class _Player:
                 machine.visit()
             case Kind.IMPATIENT:
                 machine.hurry()
+
+    def _strike_disk(self, fault: LifeFault) -> None:
+        """Bring a fault of the disk or the database about, now."""
+        disk, until_ns = self._computer.disk, self._after(fault.seconds)
+        verdict = self._machine.judge.verdict()
+        if self._refused_s is None:
+            is_shown = Condition.RECORDER_LOST in verdict.showing
+            self._refused_s = -math.inf if is_shown else verdict.now_s
+        match fault.kind:
+            case Kind.DISK_FULL:
+                disk.fill(until_ns)
+            case Kind.DISK_FAILING:
+                disk.failing_until_ns = max(disk.failing_until_ns, until_ns)
+            case Kind.DISK_SLOW:
+                disk.slow_until_ns = max(disk.slow_until_ns, until_ns)
+            case Kind.DATABASE:
+                disk.away_until_ns = max(disk.away_until_ns, until_ns)
 
     def _owe(self, fault: LifeFault) -> None:
         """Have people told of a fault that is about to come: of whoever dies, or stands still."""
@@ -346,6 +378,15 @@ class _Player:
         machine = self._machine
         found = [BrokenInvariant("crash", one) for one in self._computer.crashes]
         found += [BrokenInvariant("stop", one) for one in machine.problems]
-        runs, away_s = machine.witness.runs, self._watch.away_ns / NS_PER_S
+        runs, verdict = machine.witness.runs, machine.judge.verdict()
         found += record_judge.judge_presses(runs, machine.asked_ns)
-        return found + list(record_judge.judge(runs, machine.out, machine.database, SERIAL, away_s))
+        told_s = [one.at_s for one in verdict.told if one.condition == Condition.RECORDER_LOST]
+        seen = Circumstances(
+            runs,
+            away_s=self._watch.away_ns / NS_PER_S,
+            is_told=bool(told_s),
+            is_refusal_told=self._refused_s is not None
+            and max(told_s, default=-math.inf) > self._refused_s,
+            synced=self._computer.disk.synced,
+        )
+        return found + list(record_judge.judge(seen, machine.out, machine.database, SERIAL))

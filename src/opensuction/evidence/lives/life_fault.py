@@ -1,4 +1,4 @@
-"""Faults of a life: of processes, host, clock, datagrams and people, with instants by a seed.
+"""Faults of a life: of processes, host, clock, datagrams, disk and people, with instants by a seed.
 
 A machine's own faults (sensors, drives, conduit) are the safety case's; here the machine is sound.
 """
@@ -43,13 +43,22 @@ class Kind(StrEnum):
     """It is set forward or back by this many seconds."""
     MAIL = "mail"
     """For a time a third of the datagrams each is lost, late or comes twice."""
+    DISK_FULL = "disk-full"
+    """For a time the disk of recordings and records has no room."""
+    DISK_FAILING = "disk-failing"
+    """For a time it refuses to sync what was written."""
+    DISK_SLOW = "disk-slow"
+    """For a time it keeps whoever syncs, and some of those who write, waiting for .1 to 3 s."""
+    DATABASE = "database"
+    """For a time somebody else keeps the records' database locked."""
     STOP = "stop"
     """A second person stops the machine."""
     IMPATIENT = "impatient"
     """From then on whoever presses a button presses it again at once."""
 
 
-LASTS = (Kind.FREEZE, Kind.STANDSTILL, Kind.SLOW, Kind.MAIL)
+STORAGE = (Kind.DISK_FULL, Kind.DISK_FAILING, Kind.DISK_SLOW, Kind.DATABASE)
+LASTS = (Kind.FREEZE, Kind.STANDSTILL, Kind.SLOW, Kind.MAIL, *STORAGE)
 
 
 class LifeFault(NamedTuple):

@@ -59,17 +59,28 @@ class Kept(NamedTuple):
     sums: Sums
 
 
-def judge(
-    runs: Sequence[WitnessedRun], out: Path, database: Path, serial: str, away_s: float
-) -> Iterator[BrokenInvariant]:
-    """Violations by what is left.
+class Circumstances(NamedTuple):
+    """Observations of a life while it was played."""
 
-    out: folder of the recordings. serial: of the machine. away_s: for how long no recorder did
-    anything, at the longest.
-    """
+    runs: Sequence[WitnessedRun]
+    away_s: float
+    """For how long no recorder did anything that disk and database kept, at the longest."""
+    is_told: bool
+    """People were told that something is not kept."""
+    is_refusal_told: bool
+    """They were told since disk or database refused something."""
+    synced: Mapping[Path, int]
+    """Bytes that the disk has of each file."""
+
+
+def judge(seen: Circumstances, out: Path, database: Path, serial: str) -> Iterator[BrokenInvariant]:
+    """Violations by what is left. out: folder of the recordings. serial: of the machine."""
+    runs = seen.runs
     files = sorted(out.glob("*.mcap"))
     for file in files:
         yield from _judge_recording(file)
+        if seen.synced.get(file, 0) != file.stat().st_size and not seen.is_refusal_told:
+            yield BrokenInvariant("kept", f"the disk has not all of {file.name}, nobody told")
     published = [(one, rows) for one in runs if (rows := one.published()) is not None]
     yield from _judge_runs([rows for _, rows in published])
     if not database.exists():
@@ -84,14 +95,14 @@ def judge(
             if one.outcome is None:
                 yield BrokenInvariant("record", f"cycle {one.number} has no end")
         actions = records.history.list_actions(serial, limit=MOST)
-        missed = sum(
-            int(one.detail.split(maxsplit=1)[0]) for one in actions if one.what == "rows-missed"
+        missed, unrecorded = (
+            sum(int(one.detail.split(maxsplit=1)[0]) for one in actions if one.what == what)
+            for what in ("rows-missed", "rows-unrecorded")
         )
         yield from _judge_twice(actions)
-        if missed and away_s < AWAY_S:
-            yield BrokenInvariant("kept", f"{missed} rows, though none was away {away_s:.1f} s")
+        yield from _judge_loss(seen, missed + unrecorded)
         kept, unfinished = _read_kept(files)
-        yield from _judge_rows(published, kept, missed)
+        yield from _judge_rows(published, kept, missed + unrecorded)
         if missed:
             return  # what happened in them nobody knows
         yield from _judge_cycles(published, cycles)
@@ -102,6 +113,15 @@ def judge(
         people = [one for one in actions if one.done_by not in (MACHINE, SUPERVISOR)]
         done = Counter(f"{one.what} by {one.done_by}: {one.detail}" for one in people)
         yield from _compare("requests", Counter(_requests_of(runs)), done)
+
+
+def _judge_loss(seen: Circumstances, rows: int) -> Iterator[BrokenInvariant]:
+    """Violations by rows that were told to be lost, where they need not be or no person knows."""
+    if rows and seen.away_s < AWAY_S:
+        said = f"{rows} rows are lost, though all was kept but for {seen.away_s:.1f} s"
+        yield BrokenInvariant("rows", said)
+    if rows and not seen.is_told:
+        yield BrokenInvariant("rows", f"{rows} are lost, and no person was told")
 
 
 def _judge_twice(actions: Sequence[PastAction]) -> Iterator[BrokenInvariant]:

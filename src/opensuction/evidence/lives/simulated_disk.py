@@ -37,6 +37,12 @@ class SimulatedDisk:
         self.synced: dict[Path, int] = {}
         """Bytes that the disk has of each file."""
 
+    @property
+    def refuses(self) -> bool:
+        """True while disk or database refuse to keep something."""
+        until_ns = max(self.full_until_ns, self.failing_until_ns, self.away_until_ns)
+        return self._computer.now_ns < until_ns
+
     def fill(self, until_ns: int) -> None:
         """Have it full until then: writes that need room are refused."""
         self.full_until_ns = max(self.full_until_ns, until_ns)

@@ -32,13 +32,18 @@ class _Steady(NamedTuple):
 class StepWatch:
     """Follows the steps of all processes, by the names of their modules."""
 
-    def __init__(self, now_ns: int, tell: Callable[[str], None]) -> None:
-        """tell: hears of what must not be."""
-        self._tell = tell
+    def __init__(
+        self,
+        now_ns: int,
+        tell: Callable[[str], None],
+        may_keep: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """tell: hears of what must not be. may_keep: true while disk and database take all."""
+        self._tell, self._may_keep = tell, may_keep
         self._steady: dict[str, _Steady] = {}
         self._recorded_ns = now_ns
         self.away_ns = 0
-        """Longest time in which no recorder did anything."""
+        """Longest time in which no recorder did anything that could be kept."""
         self.is_over = False
         """All are told to end: nobody is supervised any more."""
 
@@ -46,7 +51,7 @@ class StepWatch:
         """Take a step that is done now."""
         name = step.module.rpartition(".")[2]
         known = self._steady.get(name)
-        if name == "recorder_process":
+        if name == "recorder_process" and self._may_keep():
             self.away_ns = max(self.away_ns, step.at_ns - self._recorded_ns)
             self._recorded_ns = step.at_ns
         if known is None or known.pid != step.pid:

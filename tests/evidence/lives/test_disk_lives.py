@@ -1,0 +1,105 @@
+"""Faults of disk and database in lives: what they do, and mistakes that they find."""
+
+import pytest
+
+from opensuction.evidence.lives import life
+from opensuction.evidence.lives.life import Life, LifeResult
+from opensuction.evidence.lives.life_fault import ALL, Kind, LifeFault
+from opensuction.ipc.ring import Place, ReadCheckpoint
+from opensuction.kernel.vocabulary import Phase
+from opensuction.runtime import database_writer, loop
+from opensuction.runtime.database_writer import DatabaseWriter, Task
+from opensuction.runtime.recorder_process import Source
+
+LOST = "people are told: recorder-lost"
+FULL = LifeFault(Kind.DISK_FULL, "", Phase.INSERTING, 0.05, 5.0)
+FULL_FOR_A_MOMENT = FULL._replace(seconds=0.3)
+FAILING = LifeFault(Kind.DISK_FAILING, "", Phase.CLOSING, 0.05, 5.0)
+FAILING_AT_THE_SYNC = FAILING._replace(after_s=1.4, seconds=0.3)
+"""A second after the machine has come to rest; no entry is stored then."""
+SLOW = LifeFault(Kind.DISK_SLOW, "", Phase.INSERTING, 0.05, 8.0)
+AWAY = LifeFault(Kind.DATABASE, "", Phase.CHECKING, 0.0, 8.0)
+
+
+def play(*faults: LifeFault) -> LifeResult:
+    return life.play(Life(1, 3, faults))
+
+
+def broken(found: LifeResult) -> set[str]:
+    return {one.invariant for one in found.violations}
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [FULL, FAILING, FAILING_AT_THE_SYNC, SLOW, AWAY],
+    ids=["full", "failing", "failing at the sync", "slow", "away"],
+)
+def test_people_are_told_of_a_disk_or_database_that_keeps_nothing(fault: LifeFault) -> None:
+    found = play(fault)
+    assert found.violations == ()
+    course = [one.what for one in found.events]
+    assert LOST in course[course.index(f"fault {fault.title}") :]
+
+
+def test_nobody_is_told_of_a_disk_that_is_full_for_a_moment_and_nothing_is_missing() -> None:
+    found = play(FULL_FOR_A_MOMENT)
+    assert found.violations == ()
+    assert LOST not in [one.what for one in found.events]
+
+
+def test_rows_that_a_disk_never_took_while_it_was_full_are_told_to_the_last() -> None:
+    """Full for longer than the ring holds: they were followed, and are in no recording."""
+    faults = (FULL._replace(seconds=10.0), FULL._replace(after_s=6.0, seconds=10.0))
+    assert play(*faults).violations == ()
+
+
+def test_what_a_controller_left_waits_for_room_where_all_died_on_a_full_disk() -> None:
+    faults = (FULL._replace(seconds=8.5), LifeFault(Kind.KILL, ALL, Phase.INSERTING, 2.6, 0.0))
+    assert play(*faults).violations == ()
+
+
+def test_rows_that_a_full_disk_refused_and_nobody_asks_for_again_are_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Source, "go_back", lambda *_: None)
+    assert broken(play(FULL_FOR_A_MOMENT)) == {"rows"}
+
+
+def test_a_recording_that_nobody_syncs_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(database_writer, "_sync", lambda *_, **__: None)
+    assert broken(play(FULL_FOR_A_MOMENT)) == {"kept"}
+
+
+def test_a_sync_that_failed_and_that_nobody_tells_of_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(DatabaseWriter, "_show_loss", lambda _: iter(()))
+    assert broken(play(FAILING_AT_THE_SYNC)) == {"kept"}
+
+
+def test_rows_noted_as_kept_before_a_slow_disk_has_them_are_found_where_nobody_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A recorder that the disk keeps waiting is replaced by one that goes on behind them."""
+    put = ReadCheckpoint.set
+
+    def hasty(mark: ReadCheckpoint, run: str, place: Place) -> None:
+        put(mark, run, place._replace(row=place.row + 500))
+
+    monkeypatch.setattr(ReadCheckpoint, "set", hasty)
+    monkeypatch.setattr(loop, "WATCHED", {})
+    assert "rows" in broken(play(SLOW))
+
+
+def test_an_entry_that_is_dropped_while_the_database_is_away_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    try_it = DatabaseWriter._try
+
+    def careless(writer: DatabaseWriter, task: Task) -> bool:
+        try_it(writer, task)
+        writer.lost = ""
+        return True
+
+    monkeypatch.setattr(DatabaseWriter, "_try", careless)
+    assert "kept" in broken(play(AWAY))
