@@ -313,20 +313,32 @@ class RecorderService:
         # Or one that has never kept anything since is missed by nobody.
         self._heartbeat.beat(Process.KEEPING)
         while (source := (yield from self._wait())) is not None:
-            yield from self._finish_before(source.run.name)
-            desk = self._open(source)
-            yield from self._follow(desk, source)
-            desk.take(*source.drain())
-            controller = self._host.locks.holder(self._folder / CONTROLS)
-            desk.end(died=not self._ending or controller is None)
-            self._finished = source.run.name
-            self._beat(desk.lost)
+            yield from self._record(source)
             if self._ending:
                 break
+        if source is not None and source.is_replaced():
+            # Another controller has begun, and it was not looked for yet.
+            with contextlib.suppress(InputError, OSError):
+                yield from self._record(self._find())
         if not (yield from self._writer.close(PATIENCE_S)):
             self._host.say(f"not all was put on record: {self._writer.lost}")
         self._heartbeat.end(Process.RECORDER)
         self._heartbeat.end(Process.KEEPING)
+
+    def _record(self, source: Source) -> Steps[None]:
+        """Record all that one controller publishes."""
+        yield from self._finish_before(source.run.name)
+        desk = self._open(source)
+        yield from self._follow(desk, source)
+        desk.take(*source.drain())
+        goes_on = self._ending and self._host.locks.holder(self._folder / CONTROLS) is not None
+        desk.end(died=not goes_on or source.is_replaced())
+        self._finished = source.run.name
+        self._beat(desk.lost)
+
+    def _find(self) -> Source:
+        """The controller that there is. Raises InputError or OSError where there is none."""
+        return Source(self._folder / RING, self._folder / EVENTS)
 
     def _open(self, source: Source) -> ControllerSession:
         return ControllerSession(self._folder, self._out, source, self._keeping, self._host)
@@ -359,7 +371,7 @@ class RecorderService:
         while not self._ending:
             self._beat(self._writer.lost)
             try:
-                return Source(self._folder / RING, self._folder / EVENTS)
+                return self._find()
             except (InputError, OSError):
                 yield after(self._host.clock, EVERY_S)
         return None

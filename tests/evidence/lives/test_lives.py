@@ -80,6 +80,12 @@ def test_a_controller_that_stood_still_with_its_whole_computer_is_not_ended(
     assert not any("killed" in one.what for one in found.events)
 
 
+def test_a_controller_that_comes_just_before_the_end_is_on_record() -> None:
+    """Its recorder still looked at the one before, and was told to end."""
+    all_killed = LifeFault(Kind.KILL, life_fault.ALL, None, 13.772205654355773, 0.0)
+    assert life.play(Life(1005, 60, (all_killed,))).violations == ()
+
+
 def test_a_seed_gives_the_same_life_in_one_and_in_two_processes() -> None:
     seeds = range(40, 43)
     campaign = Campaign(seeds)
