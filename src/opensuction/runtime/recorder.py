@@ -97,6 +97,8 @@ class Recorder:
         """In the row that was written or remembered last."""
         self._offset = 0
         """Number of the row before the first of the recording."""
+        self._start_rows = 0
+        """How many of its rows are no ticks, but the state before the first."""
         self._number = after
         """Of the row that was taken last."""
         self._new_from = NEVER
@@ -119,7 +121,7 @@ class Recorder:
         """Number of the last row that need not be given again."""
         if self._writer is None:
             return self._number - sum(map(len, self._before))
-        return self._offset + self._writer.written_rows
+        return self._offset + max(self._writer.written_rows - self._start_rows, 0)
 
     def take(self, found: Read, happened: Sequence[ProcessEvent]) -> None:
         """Take the rows that the ring has given, and the events until then.
@@ -280,12 +282,12 @@ class Recorder:
         first = self._before[0][:1] if self._before else rows[:1]
         began_ns = int(self._utc_ns(first)[0])
         self._writer = self._create(name_of(self._run, rows[0, _LEFT]), began_ns)
-        self._offset = self._number - sum(map(len, self._before))
+        self._offset, self._start_rows = self._number - sum(map(len, self._before)), 0
         self._seen = loop.NOTHING
         if self._last is not None:
             row = np.concatenate(([first[0, _TICK]], self._last))[np.newaxis]
             self._writer.add_rows(STARTS, np.array([began_ns], np.uint64), row)
-            self._offset -= 1
+            self._start_rows = 1
         else:
             self._tell_missed(self._writer, first)
         before, self._before, self._last = list(self._before), deque(), None

@@ -53,6 +53,12 @@ def test_rows_that_a_disk_never_took_while_it_was_full_are_told_to_the_last() ->
     assert play(*faults).violations == ()
 
 
+def test_a_recording_that_a_full_disk_let_begin_and_not_go_on_loses_no_row() -> None:
+    """Its first rows are given again from the controller's first tick on."""
+    full = LifeFault(Kind.DISK_FULL, "", None, 1.369787175134571, 1.8172825967691226)
+    assert life.play(Life(20298, 60, (full,))).violations == ()
+
+
 def test_what_a_controller_left_waits_for_room_where_all_died_on_a_full_disk() -> None:
     faults = (FULL._replace(seconds=8.5), LifeFault(Kind.KILL, ALL, Phase.INSERTING, 2.6, 0.0))
     assert play(*faults).violations == ()

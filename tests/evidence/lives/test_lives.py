@@ -104,7 +104,7 @@ def test_a_seed_gives_the_same_life_in_one_and_in_two_processes() -> None:
 @pytest.mark.sweep
 def test_lives_that_nobody_has_seen_before_hold() -> None:
     """Seeds of their own beside those of the evidence."""
-    found = lives.run(Campaign(range(700_000, 700_020), workers=2))
+    found = lives.run(Campaign(range(700_000, 700_060), workers=2))
     assert [one for one in found if one.violations] == []
 
 
