@@ -1,4 +1,4 @@
-"""The faults that are planted for the tests in real time can still be planted."""
+"""The faults that are planted for the tests of processes can still be planted."""
 
 import re
 from pathlib import Path
@@ -15,4 +15,4 @@ def test_its_line_stands_once_and_its_test_is_there(fault: Fault) -> None:
     file, _, name = fault.test.partition("::")
     test = Path(ROOT / file).read_text(encoding="utf-8")
     assert re.search(rf"^def {name}\(", test, re.MULTILINE)
-    assert "real_time" in test
+    assert "real_time" in test or "simulated_room" in test

@@ -1,8 +1,8 @@
-"""``python -m tools.mutation.planted [--busy]``: faults that tests in real time exist for, planted.
+"""``python -m tools.mutation.planted [--busy]``: faults that tests of processes exist for, planted.
 
-Each fault is put into a copy of the tree, where its test must then fail: not pass, and not be left
-unjudged. With ``--busy`` one busy process works on each core meanwhile. Exit 1 where a test missed
-its fault.
+The tests run in real time or on a simulated computer. Each fault is put into a copy of the tree,
+where its test must then fail: not pass, and not be left unjudged. With ``--busy`` one busy process
+works on each core meanwhile. Exit 1 where a test missed its fault.
 """
 
 import argparse
@@ -58,8 +58,8 @@ FAULTS = (
     Fault(
         "a hung process is not replaced",
         "runtime/supervisor.py",
-        "if running_s > allowed_s and self._heartbeat",
-        "if running_s > 1e9 and self._heartbeat",
+        "if watched_s > allowed_s and self._heartbeat",
+        "if watched_s > 1e9 and self._heartbeat",
         f"{RUNTIME}/test_supervisor.py"
         "::test_what_stands_still_is_replaced_and_the_catheter_comes_out",
     ),
@@ -109,9 +109,9 @@ FAULTS = (
     ),
     Fault(
         "drives obey a controller that has not started anew",
-        "machine/twin/twin_process.py",
-        "self._greeted or row[_RELEASED] != 0.0",
-        "True",
+        "simulation/machine_side.py",
+        "counts[GREETED] == 0",
+        "counts[GREETED] == 2",
         "tests/conformance/test_port.py"
         "::test_a_machine_that_was_started_again_is_read_again_and_obeys_who_starts_anew",
     ),

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from opensuction.controller import loop_tick
 from opensuction.evidence.lives import simulated_computer
 from opensuction.evidence.lives.simulated_process import SimulatedLocks
 from opensuction.host.host import Clock, Host, Steps
@@ -55,6 +56,28 @@ def _leave_out(owner: type, name: str) -> Plant:
 
 def _replace(owner: object, name: str, value: object) -> Plant:
     return lambda patch: patch.setattr(owner, name, value)
+
+
+def _tick_by_tick(patch: Patch) -> None:
+    """Have each tick done by its own process: a stretch does not call what is planted there."""
+    patch.setattr(simulated_computer, "PairedStretches", lambda _: None)
+
+
+def _release(is_always: bool) -> Plant:
+    """Have a controller say always, or never, that drives shall obey it again."""
+
+    def plant(patch: Patch) -> None:
+        hear = ControlLoop._hear
+
+        def hear_and_release(self: ControlLoop) -> object:
+            heard = hear(self)
+            self.memory.counts[loop_tick.RELEASED] = self.tick if is_always else loop_tick.NEVER
+            return heard
+
+        patch.setattr(ControlLoop, "_hear", hear_and_release)
+        _tick_by_tick(patch)
+
+    return plant
 
 
 def _hang_long(patch: Patch) -> None:
@@ -133,6 +156,7 @@ def _count_no_missed_tick(patch: Patch) -> None:
         return 0
 
     patch.setattr(DeadlineScheduler, "begin", begin_anew)
+    _tick_by_tick(patch)
 
 
 def _hear_no_stop(patch: Patch) -> None:
@@ -173,8 +197,7 @@ def _hear_always(patch: Patch) -> None:
         return bool(self.heard.counts[GREETED])
 
     patch.setattr(Listener, "hear", hear_something)
-    # Or most ticks are done by others.
-    patch.setattr(simulated_computer, "PairedStretches", lambda _: None)
+    _tick_by_tick(patch)
 
 
 def _wait_long(patch: Patch) -> None:
@@ -332,12 +355,12 @@ PLANTED = (
     PlantedFault(
         "never-released",
         "a controller never has the drives obey it again",
-        _replace(loop, "RELEASED_S", -1.0),
+        _release(is_always=False),
     ),
     PlantedFault(
         "always-released",
         "drives that act alone obey again whoever speaks",
-        _replace(loop, "RELEASED_S", 1e6),
+        _release(is_always=True),
     ),
     PlantedFault("hears-no-stop", "a STOP is answered and not obeyed", _hear_no_stop),
     PlantedFault("answers-nobody", "nobody is told what became of a request", _answer_nobody),
@@ -354,7 +377,7 @@ PLANTED = (
     PlantedFault(
         "leaves-the-dead",
         "a recorder does not finish what a dead controller left",
-        _leave_out(RecorderService, "_finish_before"),
+        _replace(RecorderService, "_finish_before", lambda *_: iter(())),
     ),
     PlantedFault(
         "follows-the-dead", "a recorder does not notice another controller", _follow_the_dead
