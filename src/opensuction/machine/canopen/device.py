@@ -15,7 +15,7 @@ WRAP: Final = 1 << 32
 
 
 class Bus(NamedTuple):
-    """Where the nodes are, in python-can's words."""
+    """Bus that the nodes are on, in python-can's words."""
 
     interface: str
     """`unix` is our own, for processes of one computer; else one of python-can's."""
