@@ -6,6 +6,7 @@ import pytest
 
 import opensuction as osn
 from opensuction.identification import workbench
+from opensuction.identification.estimator import nonlinear
 from opensuction.identification.workbench import MODELS
 from tests.library.recordings import bench
 
@@ -53,3 +54,10 @@ def test_it_is_shown_as_a_table(compared: osn.Comparison) -> None:
     assert len(others) == 2
     assert "<table>" in compared._repr_html_()
     assert compared.reasons[0][:20] in compared._repr_html_()
+
+
+def test_a_script_pays_for_one_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    done, fit = [], nonlinear.FITS["dahl"]
+    monkeypatch.setitem(nonlinear.FITS, "dahl", lambda *given: done.append(given) or fit(*given))
+    assert osn.identify(*bench(300), "dahl").summary["fit_seconds"] is None
+    assert len(done) == 1

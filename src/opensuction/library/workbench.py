@@ -115,7 +115,7 @@ def identify(  # noqa: PLR0913 - what the command takes, each by its name
         loaded = load(x, y, given, model, method)
         found = identification_run.fit(loaded)
     now, seconds = datetime.now(tz=UTC), clock.perf_counter() - began_s
-    result = identification_summary.summarise_fit(loaded, found[0], now, seconds)
+    result = identification_summary.summarise_fit(loaded, found[0], now, seconds, timed=False)
     return _to_fit(loaded, found[0], now, result)
 
 
@@ -143,7 +143,7 @@ def compare(
         loaded = load(x, y, given, None, None)
         found = identification_run.fit(loaded, purpose=purpose)
     now, seconds = datetime.now(tz=UTC), clock.perf_counter() - began_s
-    result = identification_summary.summarise_comparison(loaded, found, now, seconds)
+    result = identification_summary.summarise_comparison(loaded, found, now, seconds, timed=False)
     fits = tuple(
         _to_fit(loaded, fitted, now, IdentificationResult(own, result.provenance))
         for fitted, own in zip(found, result.models, strict=True)

@@ -78,7 +78,8 @@ class ModelResult(NamedTuple):
     fitted_samples: int
     fitted_range: InputRange
     fit_seconds: float | None
-    """Processor time of the fit alone; None where there was no time left to measure it."""
+    """Processor time of the fit alone; None where there was no time left to measure it, and in the
+    library, which does each fit once."""
     inverse: str
     """How the model is inverted, in words; begins with ``none`` where it only predicts."""
     compensator: str | None

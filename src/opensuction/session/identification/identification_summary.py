@@ -49,7 +49,7 @@ def _interval(estimate: Estimate) -> tuple[float, float] | None:
     return ends if all(math.isfinite(end) for end in ends) else None
 
 
-def _model(result: FittedModel, fit_seconds: float, parameter_file: str | None) -> ModelResult:
+def _model(result: FittedModel, fit_s: float, parameter_file: str | None) -> ModelResult:
     """One model's figures."""
     return ModelResult(
         model=result.model,
@@ -77,7 +77,7 @@ def _model(result: FittedModel, fit_seconds: float, parameter_file: str | None) 
         samples=result.samples,
         fitted_samples=result.fitted_samples,
         fitted_range=InputRange(**result.fitted_range._asdict()),
-        fit_seconds=fit_seconds,
+        fit_seconds=fit_s,
         inverse=MODELS[result.model].inverse,
         compensator=_compensator(result),
         undriven=result.driven.why_not or None,
@@ -86,11 +86,11 @@ def _model(result: FittedModel, fit_seconds: float, parameter_file: str | None) 
 
 
 def _models(
-    results: Sequence[FittedModel], parameter_files: Mapping[str, str]
+    results: Sequence[FittedModel], parameter_files: Mapping[str, str], timed: bool
 ) -> tuple[ModelResult, ...]:
-    fit_seconds = identification_run.time_fits(results)
+    fit_s = identification_run.time_fits(results) if timed else {}
     return tuple(
-        _model(result, fit_seconds[result.model], parameter_files.get(result.model))
+        _model(result, fit_s.get(result.model, math.nan), parameter_files.get(result.model))
         for result in results
     )
 
@@ -142,13 +142,15 @@ def summarise_fit(
     now: datetime,
     seconds: float,
     parameter_files: Mapping[str, str] = NO_FILES,
+    timed: bool = True,
 ) -> IdentificationResult:
     """The result of ``identify``.
 
     now: in UTC. seconds: that all fits took together, with checks and intervals. parameter_files:
-    paths of those that are written, by model.
+    paths of those that are written, by model. timed: ``fit_seconds`` is measured, for which each
+    fit is done again.
     """
-    (model,) = _models((result,), parameter_files)
+    (model,) = _models((result,), parameter_files, timed)
     return measured(IdentificationResult(model, _provenance(loaded, now, seconds)))
 
 
@@ -158,11 +160,12 @@ def summarise_comparison(
     now: datetime,
     seconds: float,
     parameter_files: Mapping[str, str] = NO_FILES,
+    timed: bool = True,
 ) -> ComparisonResult:
     """The result of ``compare``. results: best first; the other arguments as `summarise_fit`."""
     return measured(
         ComparisonResult(
-            models=_models(results, parameter_files),
+            models=_models(results, parameter_files, timed),
             left_out=dict(results[0].left_out),
             provenance=_provenance(loaded, now, seconds),
         )
