@@ -23,13 +23,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import binary_table, json_table, text_table, workbook
+from opensuction.recording import (
+    binary_table,
+    json_table,
+    matlab_table,
+    text_table,
+    workbook,
+)
 from opensuction.recording.array_column import LARGEST_TEXT_BYTES, megabytes
 
 KINDS = "a table of columns: CSV text, JSON, Excel, Parquet, NumPy (.npz) or MATLAB (.mat)"
 
 Columns = dict[str, NDArray[np.float64]]
 """Numbers by the name of their column, each of shape (samples,)."""
+
+FullNames = Mapping[str, tuple[str, ...]]
+NO_NAMES: FullNames = MappingProxyType({})
 
 FOREIGN = {
     b"PK\x05\x06": "an empty zip archive",
@@ -81,8 +90,8 @@ class Reader(NamedTuple):
     names: Callable[[Path], tuple[str, ...]]
     columns: Callable[[Path, Sequence[str], bool], Columns]
     note: str = ""
-    full_names: Mapping[str, str] = MappingProxyType({})
-    """As in `RecordedTable`."""
+    full_names: Callable[[Sequence[str]], FullNames] = lambda _: NO_NAMES
+    """Of the names that `names` gives; as in `RecordedTable`."""
 
 
 class RecordedTable(NamedTuple):
@@ -98,8 +107,9 @@ class RecordedTable(NamedTuple):
     """Of the whole file, in hexadecimal: identifies the recording under any name."""
     note: str = ""
     """What a person should know of how it was read."""
-    full_names: Mapping[str, str] = MappingProxyType({})
-    """Of columns whose header gives the name and, in a row below it, the unit: by the name."""
+    full_names: FullNames = NO_NAMES
+    """Names that each shorter one may mean: without the unit that stands in a row below the header,
+    without the structures that a field is in."""
 
 
 def open_table(path: Path) -> RecordedTable:
@@ -130,8 +140,14 @@ BINARY = {
     binary_table.PARQUET_TABLE_MAGIC: Reader(
         binary_table.read_names_parquet_table, binary_table.read_columns_parquet_table
     ),
-    binary_table.MAGIC: Reader(binary_table.read_names, binary_table.read_columns),
-    binary_table.MAGIC_73: Reader(binary_table.read_names_73, binary_table.read_columns_73),
+    matlab_table.MAGIC: Reader(
+        matlab_table.read_names, matlab_table.read_columns, full_names=matlab_table.short_names
+    ),
+    matlab_table.MAGIC_73: Reader(
+        matlab_table.read_names_73,
+        matlab_table.read_columns_73,
+        full_names=matlab_table.short_names,
+    ),
 }
 """Kinds of files by how they begin."""
 
@@ -146,9 +162,8 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
     names = reader.names(path)
     file.seek(0)
     digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return RecordedTable(
-        path, names, reader.columns, size_bytes, digest, reader.note, reader.full_names
-    )
+    full_names = reader.full_names(names)
+    return RecordedTable(path, names, reader.columns, size_bytes, digest, reader.note, full_names)
 
 
 def _choose_reader(path: Path, head: bytes, size_bytes: int) -> Reader:
@@ -179,13 +194,14 @@ def _choose_reader(path: Path, head: bytes, size_bytes: int) -> Reader:
 def _read_text(path: Path, lines: text_table.Lines, note: str, decimal: str = "") -> Reader:
     """Reader of a table of text, also of a sheet's; decimal: mark of its decimals, "" unknown."""
     layout = text_table.read_layout(path, lines)._replace(decimal=decimal)
-    short = layout.short_names
-    pairs = zip(short, layout.names, strict=True)
+    full_names: dict[str, tuple[str, ...]] = {}
+    for short, name in zip(layout.short_names, layout.names, strict=True):
+        full_names[short] = (*full_names.get(short, ()), name)
     return Reader(
         lambda _: layout.names,
         partial(text_table.read_columns, lines=lines, layout=layout),
         "; ".join(filter(None, (note, layout.note))),
-        {name: full for name, full in pairs if short.count(name) == 1},
+        lambda _: full_names,
     )
 
 
@@ -209,12 +225,20 @@ def _refuse_foreign(path: Path, head: bytes) -> None:
 
 
 def find_name(table: RecordedTable, name: str) -> str:
-    """The name of a column as the table has it, of one that a person typed; the same if none is."""
+    """The name of a column as the table has it, of one that a person typed; the same if none is.
+
+    Raises InputError for one that may mean several, with all of them.
+    """
     for typed in (name, " ".join(name.split())):
         if typed in table.names:
             return typed
-        if typed in table.full_names:
-            return table.full_names[typed]
+        found = table.full_names.get(typed, ())
+        if len({*found}) > 1:
+            raise InputError(
+                f"{table.path}: column {typed!r} may be {' or '.join(found)}; give one of them"
+            )
+        if found:
+            return found[0]
     return name
 
 
