@@ -246,6 +246,29 @@ def test_what_is_not_finite_or_no_number_is_never_left_out(file: Path) -> None:
             table.read_columns(opened, opened.names, skip_missing=True)
 
 
+HASHED = {
+    "names in a comment": "# t_s, head_mm\n0, 1.5  # begun\n0.5, -2 # slipped, twice\n",
+    "blanks": "# t_s head_mm\n0 1.5\n0.5 -2 # slipped, twice\n",
+    "a cell of its own": "t_s;head_mm\n0;1,5;# begun\n0,5;-2\n",
+    "far down": "t_s,head_mm\n0,1.5\n" + "0.5,-2\n" * 250 + "0.5,-2  #late\n",
+}
+
+
+@pytest.mark.parametrize("case", HASHED)
+def test_remarks_behind_a_row_are_left_out(file: Path, case: str) -> None:
+    file.write_text(HASHED[case])
+    found = read(file)
+    assert {name: values[:2] for name, values in found.items()} == EXPECTED
+    assert found["head_mm"][-1] == -2.0
+
+
+def test_a_cell_with_a_hash_is_no_remark(file: Path) -> None:
+    file.write_text("t_s,try,head_mm\n0,#5,1.5\n0.5,Run 2 #6,-2\n")
+    assert read(file, "t_s", "head_mm") == EXPECTED
+    file.write_text("t_s,head_mm\n0,1.5\n0.5, #N/A\n")
+    assert "'#N/A' is no number (in 1 of 2 rows)" in refusal(file)
+
+
 LABVIEW = (
     "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t1\t\t\n"
     "Delta_X\t0.5\t\t\n***End_of_Header***\t\t\nt_s\thead_mm\tComment\n"

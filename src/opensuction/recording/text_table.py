@@ -39,6 +39,12 @@ _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}([., '\u00a0\u202f\u2019])\d{3}(?:\1\d{
 """A number with thousands separators, the first group; the second is its decimal mark."""
 _FORTRAN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)d[+-]?\d{1,3}", re.IGNORECASE)
 """A number as Fortran writes its doubles."""
+_REMARK = re.compile(
+    r"((?=[^#]*\d)(?:[\s\d.,;|+\-edt:/]|nan|inf)*(?:[\d.fn]\s+(?=#\D)|[,;|\t]\s*(?=#\s)))"
+    r"#(?!n/a|[a-z\d/]+[!?])",
+    re.IGNORECASE,
+)
+"""The numbers of a row and what begins a remark behind them; ``#5`` and ``#N/A`` are cells."""
 _BLANKS = " '\u00a0\u202f\u2019"
 """Thousands separators that are never decimal marks."""
 
@@ -124,6 +130,8 @@ def _read_lines(path: Path, file: Iterable[str]) -> Iterator[tuple[int, str]]:
             )
         if line.isspace():
             continue
+        if "#" in line and (remarked := _REMARK.match(line)):
+            line = remarked[1].rstrip(" ") + "\n"  # noqa: PLW2901 - as if it had none
         if line.isascii():
             yield number, line
             continue
