@@ -1,6 +1,7 @@
 """A comparison as a script has it."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -57,7 +58,12 @@ def test_it_is_shown_as_a_table(compared: osn.Comparison) -> None:
 
 
 def test_a_script_pays_for_one_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    done, fit = [], nonlinear.FITS["dahl"]
-    monkeypatch.setitem(nonlinear.FITS, "dahl", lambda *given: done.append(given) or fit(*given))
+    done, fit = list[Any](), nonlinear.FITS["dahl"]
+
+    def count(*given: Any) -> Any:
+        done.append(given)
+        return fit(*given)
+
+    monkeypatch.setitem(nonlinear.FITS, "dahl", count)
     assert osn.identify(*bench(300), "dahl").summary["fit_seconds"] is None
     assert len(done) == 1

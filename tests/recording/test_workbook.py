@@ -6,9 +6,12 @@ from datetime import datetime, time, timedelta
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import openpyxl
 import pytest
 
+import opensuction as osn
+from opensuction.kernel.errors import InputError
 from opensuction.recording import table, workbook
 from tests.recording.test_table import EXPECTED, read, refusal
 
@@ -45,12 +48,37 @@ def test_title_units_and_empty_rows_are_recognised(file: Path) -> None:
     assert [*read(file).values()] == [*EXPECTED.values()]
 
 
-def test_the_first_sheet_with_rows_of_numbers_is_read_and_told(file: Path) -> None:
-    cover: list[list[Any]] = [["Bench 3"], ["Operator", "Smith"], ["Rate", 100], ["ready", True]]
-    write(file, Cover=cover, Data=ROWS, More=[["a", "b"], [1, 2]])
+COVER: list[list[Any]] = [["Bench 3"], ["Operator", "Smith"], ["Rate", 100], ["ready", True]]
+MORE: list[list[Any]] = [["a", "b"], [1, 2]]
+
+
+def test_the_sheet_with_rows_of_numbers_is_read_and_told(file: Path) -> None:
+    write(file, Cover=COVER, Data=ROWS)
     assert read(file) == EXPECTED
-    note = "read from its sheet 'Data', nothing from 'Cover', 'More'"
+    note = "read from its sheet 'Data', nothing from 'Cover'"
     assert table.open_table(file).note == note
+
+
+def test_of_several_sheets_one_is_named(file: Path) -> None:
+    write(file, Cover=COVER, Data=ROWS, More=MORE)
+    said = refusal(file)
+    assert said == "2 of its sheets have rows of numbers; name one by --sheet: 'Data', 'More'"
+    assert {name: row.tolist() for name, row in osn.read(file, sheet="Data").items()} == EXPECTED
+    assert table.open_table(file, "More").names == ("a", "b")
+    with pytest.raises(InputError, match=r"has no sheet 'data'; its sheets: 'Cover', 'Data'"):
+        osn.read(file, sheet="data")
+    with pytest.raises(InputError, match="name one by sheet: 'Data', 'More'"):
+        osn.read(file)
+    write(file, Cover=COVER, Notes=COVER)
+    assert "none of its sheets has rows of numbers; name one" in refusal(file)
+
+
+def test_what_is_no_workbook_has_no_sheets(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("a,b\n1,2\n")
+    np.savez(tmp_path / "b.npz", a=np.arange(3.0))
+    for name, words in (("a.csv", "is no Excel workbook"), ("b.npz", "is a NumPy archive")):
+        with pytest.raises(InputError, match=f"{words}.*, so leave out --sheet"):
+            table.open_table(tmp_path / name, "Data")
 
 
 def test_numbers_keep_their_digits(file: Path) -> None:

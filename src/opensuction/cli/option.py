@@ -307,6 +307,7 @@ OF_A_FILE = (
     "time",
     "input_unit",
     "output_unit",
+    "sheet",
     "columns",
 )
 """Fields whose words stand in a file, not in the names of files."""

@@ -102,6 +102,9 @@ RECORDING_OPTIONS: dict[str, Any] = {
         "--skip-missing",
         help="Leave out the rows in which a named column has no number, instead of refusing them.",
     ),
+    "sheet": typer.Option(
+        metavar="NAME", help="Sheet of the workbook. Default: the one that has rows of numbers."
+    ),
     "recording": typer.Argument(
         metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
     ),

@@ -215,15 +215,18 @@ class Table(dict[str, Array]):
         return f"Table({samples} samples of {', '.join(self)})"
 
 
-def read(path: str | PathLike[str], *names: str, skip_missing: bool = False) -> Table:
+def read(
+    path: str | PathLike[str], *names: str, skip_missing: bool = False, sheet: str | None = None
+) -> Table:
     """Columns of a recording by name: of CSV, JSON, Excel, Parquet, NumPy's or MATLAB's files.
 
     names: of the columns that are wanted; none: all of them. skip_missing: rows in which one of
-    them has no number are left out instead of refused. Raises InputError for what is no such file,
-    a column that it lacks, and cells that are no numbers.
+    them has no number are left out instead of refused. sheet: of an Excel workbook; None: the one
+    that has rows of numbers. Raises InputError for what is no such file, a column or sheet that it
+    lacks, and cells that are no numbers.
     """
     with in_python():
-        found = table.open_table(Path(path))
+        found = table.open_table(Path(path), sheet)
         wanted = {name: table.find_name(found, name) for name in names or found.names}
         for name in wanted.values():
             choose(name, dict.fromkeys(found.names), f"column in {path}:")

@@ -112,10 +112,11 @@ class RecordedTable(NamedTuple):
     without the structures that a field is in."""
 
 
-def open_table(path: Path) -> RecordedTable:
+def open_table(path: Path, sheet: str | None = None) -> RecordedTable:
     """Table in a file, its numbers not yet read.
 
-    Raises InputError for a file that is missing, no file, not readable, too large, or no table.
+    sheet: of an Excel workbook; None: the one that has rows of numbers. Raises InputError for a
+    file that is missing, no file, not readable, too large, or no table.
     """
     try:
         status = path.stat()
@@ -124,7 +125,7 @@ def open_table(path: Path) -> RecordedTable:
         if not S_ISREG(status.st_mode):
             raise InputError(f"{path}: is a device or a pipe; give the path of {KINDS}")
         with path.open("rb") as file:
-            return _open(path, file, status.st_size)
+            return _open(path, file, status.st_size, sheet)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the path of {KINDS}") from None
     except PermissionError:
@@ -154,11 +155,13 @@ BINARY = {
 ARCHIVE = Reader(binary_table.read_names_npz_table, binary_table.read_columns_npz_table)
 
 
-def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
+def _open(path: Path, file: BufferedReader, size_bytes: int, sheet: str | None) -> RecordedTable:
     head = file.read(LOOKED_AT_BYTES)
     if not head:
         raise InputError(f"{path}: is empty; give the path of {KINDS}")
-    reader = _choose_reader(path, head, size_bytes)
+    if sheet is not None and not head.startswith(binary_table.NPZ_TABLE_MAGIC):
+        raise InputError(f"{path}: is no Excel workbook (.xlsx), so leave out --sheet")
+    reader = _choose_reader(path, head, size_bytes, sheet)
     names = reader.names(path)
     file.seek(0)
     digest = hashlib.file_digest(file, "sha256").hexdigest()
@@ -166,15 +169,17 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
     return RecordedTable(path, names, reader.columns, size_bytes, digest, reader.note, full_names)
 
 
-def _choose_reader(path: Path, head: bytes, size_bytes: int) -> Reader:
+def _choose_reader(path: Path, head: bytes, size_bytes: int, wanted: str | None) -> Reader:
     """Reader of a file by its beginning. Raises InputError for what is no table."""
     for start, reader in BINARY.items():
         if head.startswith(start):
             return reader
     if head.startswith(binary_table.NPZ_TABLE_MAGIC):
         if binary_table.find_kind(path) == "npz":
+            if wanted is not None:
+                raise InputError(f"{path}: is a NumPy archive, so leave out --sheet")
             return ARCHIVE
-        sheet = workbook.read_sheet(path)
+        sheet = workbook.read_sheet(path, wanted)
         return _read_text(path, lambda: nullcontext(iter(sheet.lines)), sheet.note, decimal=".")
     _refuse_foreign(path, head)
     if size_bytes > LARGEST_TEXT_BYTES:

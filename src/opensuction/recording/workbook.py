@@ -25,14 +25,14 @@ class Sheet(NamedTuple):
     """What a person should know of which sheet it is."""
 
 
-def read_sheet(path: Path) -> Sheet:
-    """The first sheet of an Excel workbook that has rows of numbers, or else the first.
+def read_sheet(path: Path, wanted: str | None = None) -> Sheet:
+    """The sheet of an Excel workbook that is wanted; None: the one that has rows of numbers.
 
-    Raises InputError for a damaged file, and where pandas or openpyxl are not installed.
+    Raises InputError for a sheet that it lacks, where none was named and not one alone has numbers,
+    for a damaged file, and where pandas or openpyxl are not installed.
     """
     sheets = _read_sheets(path)
-    measured = [name for name, rows in sheets.items() if any(map(_has_numbers, rows))]
-    name = measured[0] if measured else next(iter(sheets))
+    name = _choose_sheet(path, sheets, wanted)
     note = ""
     if len(sheets) > 1:
         others = ", ".join(repr(other) for other in sheets if other != name)
@@ -45,6 +45,23 @@ def read_sheet(path: Path) -> Sheet:
             csv.writer(text, delimiter="\t").writerow(cells)
             lines.append((number, text.getvalue()))
     return Sheet(lines, note)
+
+
+def _choose_sheet(path: Path, sheets: dict[str, list[list[Any]]], wanted: str | None) -> str:
+    """Name of the sheet to read; raises InputError with the names that there are."""
+    if wanted is not None:
+        if wanted not in sheets:
+            listed = ", ".join(map(repr, sheets))
+            raise InputError(f"{path}: has no sheet {wanted!r}; its sheets: {listed}")
+        return wanted
+    measured = [name for name, rows in sheets.items() if any(map(_has_numbers, rows))]
+    if len(measured) == 1 or len(sheets) == 1:
+        return [*measured, *sheets][0]
+    held = "none of its sheets has rows of numbers"
+    if measured:
+        held = f"{len(measured)} of its sheets have rows of numbers"
+    choices = ", ".join(map(repr, measured or sheets))
+    raise InputError(f"{path}: {held}; name one by --sheet: {choices}")
 
 
 def _read_sheets(path: Path) -> dict[str, list[list[Any]]]:

@@ -100,6 +100,8 @@ class RecordingChoice(NamedTuple):
     """None: the one in the column's name, seconds where it has none."""
     skip_missing: bool = False
     """Rows in which a named column has no number are left out instead of refused."""
+    sheet: str | None = None
+    """Of an Excel workbook; None: the one that has rows of numbers."""
 
 
 class PredictionChoice(NamedTuple):
@@ -123,5 +125,7 @@ class PredictionChoice(NamedTuple):
     """None: the one in the column's name, seconds where it has none."""
     skip_missing: bool = False
     """Rows in which a used column has no number are left out instead of refused."""
+    sheet: str | None = None
+    """Of an Excel workbook; None: the one that has rows of numbers."""
     with_interval: bool = False
     """Beside each predicted value the interval that holds 95 % of measured ones."""

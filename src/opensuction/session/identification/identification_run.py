@@ -121,7 +121,7 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
 
 
 def _load(choice: RecordingChoice, model: str | None, method: str | None) -> LoadedRecording:
-    found = table.open_table(choice.file)
+    found = table.open_table(choice.file, choice.sheet)
     choice = _find_columns(choice, found)
     wanted = [*choice.input, choice.output]
     if choice.time is not None:

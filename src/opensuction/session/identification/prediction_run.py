@@ -81,7 +81,7 @@ def predict(choice: PredictionChoice) -> Prediction:
 
 def _predict(choice: PredictionChoice, identified: Identified) -> Prediction:
     parts = identification_file.to_model(identified, choice.parameter_file)
-    found = table.open_table(choice.file)
+    found = table.open_table(choice.file, choice.sheet)
     choice = _find_columns(choice, identified, found)
     _check_unit(choice, identified)
     wanted = [*choice.driven, *(one for one in (choice.measured, choice.time) if one is not None)]
