@@ -19,7 +19,7 @@ from scipy.io import savemat
 
 from opensuction.recording import table
 from opensuction.recording.column_unit import seconds_of_column, unit_of_column
-from tests.recording.test_mat_table import written_73
+from tests.recording.test_mat_table import structures, written_73
 from tests.recording.test_table import refusal
 
 TIME_S = [0.0, 0.02, 0.04, 0.06, 0.08]
@@ -238,6 +238,11 @@ def archive_of(t_s: list[float], head_mm: list[float], force_N: list[float]) -> 
 
 
 VECTORS = {"t_s": TIME_S, "head_mm": HEAD, "force_N": FORCE}
+SIGNALS = {"values": np.column_stack([HEAD, FORCE]), "label": "head", "dimensions": 2}
+CAPTURE = {
+    "X": {"Name": "t", "Data": TIME_S},
+    "Y": structures([{"Name": "head", "Data": HEAD}, {"Name": "force", "Data": FORCE}]),
+}
 BINARIES: dict[str, tuple[Callable[[Path], object], Expected]] = {
     "Excel, a cover before": (write_workbook, GERMAN),
     "Excel of pandas": (lambda path: FRAME.to_excel(path, engine="openpyxl"), PLAIN),
@@ -247,6 +252,14 @@ BINARIES: dict[str, tuple[Callable[[Path], object], Expected]] = {
     "MATLAB, one matrix": (
         lambda path: savemat(path, {"data": np.array(SAMPLES)}),
         Expected("data(:,1)", "data(:,2)", "data(:,3)", "", ""),
+    ),
+    "Simulink, structure with time": (
+        lambda path: savemat(path, {"out": {"time": TIME_S, "signals": SIGNALS}}),
+        Expected("time", "signals.values(:,1)", "signals.values(:,2)", "", ""),
+    ),
+    "dSPACE, capture": (
+        lambda path: savemat(path, {"rec1": CAPTURE}),
+        Expected("X.Data", "Y(1).Data", "Y(2).Data", "", ""),
     ),
     "MATLAB 7.3": (
         lambda path: written_73(
@@ -292,24 +305,10 @@ def zip_of(name: str, content: str) -> bytes:
     return packed.getvalue()
 
 
-def mat_of(**variables: object) -> bytes:
-    content = io.BytesIO()
-    savemat(content, variables)
-    return content.getvalue()
-
-
 TABLE = TEXTS["pandas, without"][0]
-SIGNALS = {"values": np.column_stack([HEAD, FORCE]), "label": "head", "dimensions": 2}
-CAPTURE = {"X": {"Name": "t", "Data": TIME_S}, "Y": {"Name": "head", "Data": HEAD}}
-STRUCTURE = "no row or column of numbers; in MATLAB, give each column a name of its own"
 
 REFUSED: dict[str, tuple[bytes, str]] = {
     "LabVIEW, TDMS": (b"TDSm\x0e\0\0\0", "is a TDMS file of LabVIEW; export it as CSV"),
-    "Simulink, structure with time": (
-        mat_of(out={"time": TIME_S, "signals": SIGNALS}),
-        f"holds out (1 x 1 struct), {STRUCTURE}",
-    ),
-    "dSPACE, capture": (mat_of(rec1=CAPTURE), f"holds rec1 (1 x 1 struct), {STRUCTURE}"),
     "packed with gzip": (gzip.compress(TABLE.encode()), "is compressed (gzip); unpack it first"),
     "packed with zip": (zip_of("a.csv", TABLE), "is a zip archive; unpack it first, and give the"),
     "OpenDocument": (
