@@ -61,7 +61,7 @@ class _Variable(NamedTuple):
 
 
 class _Node(NamedTuple):
-    """What stands under a name: an array, or a structure, which has fields."""
+    """An array, or a structure, which has fields."""
 
     shape: tuple[int, ...]
     kind: str
@@ -259,7 +259,7 @@ def _open_73(path: Path) -> Iterator[Any]:
 
 
 def _items_73(group: Any) -> Iterator[tuple[str, Any]]:
-    """What lies in a group of HDF5; what lies in other files does not."""
+    """Members of a group of HDF5, without those that lie in other files."""
     import h5py
 
     for name in group:
