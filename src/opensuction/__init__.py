@@ -21,12 +21,14 @@ _MODULES = {
     "Readings": "kernel.interface",
     "Requests": "kernel.interface",
     "Run": "library.run",
+    "TrialRun": "library.trial_run",
     "compare": "library.workbench",
     "controller_settings": "session.embedding",
     "cycle": "library.run",
     "identify": "library.workbench",
     "load": "library.fit",
     "read": "library.columns",
+    "trial": "library.trial_run",
 }
 """Where each name is; `__init__.pyi` tells type checkers the same. A name is loaded when it is
 asked for: help and completion need none of them."""

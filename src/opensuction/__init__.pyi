@@ -14,6 +14,8 @@ from opensuction.library.fit import Fit as Fit
 from opensuction.library.fit import load as load
 from opensuction.library.run import Run as Run
 from opensuction.library.run import cycle as cycle
+from opensuction.library.trial_run import TrialRun as TrialRun
+from opensuction.library.trial_run import trial as trial
 from opensuction.library.workbench import Comparison as Comparison
 from opensuction.library.workbench import compare as compare
 from opensuction.library.workbench import identify as identify

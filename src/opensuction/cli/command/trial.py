@@ -141,9 +141,7 @@ def _choose(options: TrialOptions, usual: "Trial") -> "Trial":
 
     usual: holds what nobody has said anything of.
     """
-    from opensuction.evidence.trial import draw
-    from opensuction.session.cycle.resolution import ANSWERS
-    from opensuction.settings.validation import choose
+    from opensuction.evidence.trial.trial import check_names
 
     asked: dict[str, Any] = {
         "faults": options.fault_count,
@@ -153,9 +151,7 @@ def _choose(options: TrialOptions, usual: "Trial") -> "Trial":
         "preoxygenation": options.preoxygenation,
     }
     trial = usual._replace(**{name: value for name, value in asked.items() if value is not None})
-    choose(trial.faults, draw.FAULT_COUNTS, "--faults")
-    choose(trial.preoxygenation, ANSWERS, "--preoxygenation")
-    draw.list_kinds(trial.cohort)
+    check_names(trial)
     return trial
 
 

@@ -30,6 +30,7 @@ from opensuction.result.trial_result import Trial
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import resolution
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.settings.validation import choose
 from opensuction.simulation.closed_loop import COLUMNS
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun, RowBuffer
@@ -61,11 +62,19 @@ def list_parts(trial: Trial, cycles: int) -> list[Part]:
     return [Part(trial, machine, cycles) for machine in range(draw.count_machines(trial, cycles))]
 
 
+def check_names(trial: Trial) -> None:
+    """Refuse unknown names of faults, answer and cohort; raises InputError."""
+    choose(trial.faults, draw.FAULT_COUNTS, "--faults")
+    choose(trial.preoxygenation, resolution.ANSWERS, "--preoxygenation")
+    draw.list_kinds(trial.cohort)
+
+
 def check(trial: Trial) -> None:
     """Refuse a trial that cannot be, such as one with an unknown compensation; quick.
 
     Raises InputError.
     """
+    check_names(trial)
     for kind in draw.list_kinds(trial.cohort):
         rig = RigChoice(patient=kind.patient)
         choice = CycleChoice(rig, approach=kind.approach, compensation=trial.compensation)
