@@ -16,6 +16,7 @@ from opensuction.cli.command.cache import CacheResult
 from opensuction.cli.command.inject import InjectionResult
 from opensuction.cli.command.users import UsersResult
 from opensuction.evidence.benchmark.benchmark import BenchmarkFigures
+from opensuction.evidence.leaderboard.leaderboard import LeaderboardResult
 from opensuction.evidence.lives.lives import LivesResult, PlayedLife
 from opensuction.evidence.paper.reproduction import ReproductionResult
 from opensuction.result.calibration_result import CalibrationResult
@@ -69,6 +70,7 @@ OBJECTS = {
     "identify": CommandObject(IdentificationResult),
     "compare": CommandObject(ComparisonResult),
     "predict": CommandObject(PredictionResult),
+    "leaderboard": CommandObject(LeaderboardResult),
     "calibrate": CommandObject(CalibrationResult),
     "replay": CommandObject(ReplayResult),
     "replay-several": CommandObject(SeveralReplays),

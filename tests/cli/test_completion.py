@@ -8,6 +8,8 @@ from opensuction.accounts.rule.right import Role
 from opensuction.cli import completion
 from opensuction.cli.command.users import ACTS
 from opensuction.control.compensation import KIND_OF_NAME
+from opensuction.evidence.leaderboard.contender import BUILT_IN
+from opensuction.evidence.leaderboard.data_set_table import DATA_SETS
 from opensuction.evidence.lives.life_fault import Kind
 from opensuction.evidence.trial.draw import COHORTS, FAULT_COUNTS
 from opensuction.identification.judgement.recommendation import PURPOSES
@@ -51,6 +53,8 @@ def completed(
         (completion.ROLES, list(Role)),
         (completion.COMPENSATIONS, KIND_OF_NAME),
         (completion.MODELS, MODELS),
+        (completion.CONTENDERS, BUILT_IN),
+        (completion.DATA_SETS, DATA_SETS),
         (completion.METHODS, METHODS),
         (completion.PURPOSES, PURPOSES),
         (completion.PREOXYGENATION, ANSWERS),

@@ -48,6 +48,19 @@ MODELS = (
     "residual-readout",
     "maxwell-slip",
 )
+CONTENDERS = (*MODELS, "modified-bouc-wen", "straight-line")
+DATA_SETS = (
+    "grasper-00",
+    "grasper-25",
+    "grasper-45",
+    "mr-damper",
+    "friction-damper",
+    "column",
+    "wall",
+    "servo",
+    "servo-pair",
+    "simulated-mr-damper",
+)
 PURPOSES = ("predict", "compensate", "transfer")
 METHODS = (
     "variable-projection",

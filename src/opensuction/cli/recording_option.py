@@ -105,6 +105,28 @@ RECORDING_OPTIONS: dict[str, Any] = {
     "sheet": typer.Option(
         metavar="NAME", help="Sheet of the workbook. Default: the one that has rows of numbers."
     ),
+    "data_folder": typer.Option(
+        "--data",
+        help="Folder in which the files of the data sets lie, or in a folder of it.",
+        metavar="DIR",
+        show_default=False,
+    ),
+    "contenders": typer.Option(
+        "--model",
+        help="Model that is held against others; may be given many times. Default: all of the "
+        "catalogue, modified-bouc-wen and straight-line.",
+        metavar="NAME|MODULE:CLASS",
+        autocompletion=completion.complete_from(completion.CONTENDERS),
+        show_default=False,
+    ),
+    "data_sets": typer.Option(
+        "--data-set",
+        help=f"Data set: {join(completion.DATA_SETS)}; may be given many times. Default: all of "
+        "them.",
+        metavar="NAME",
+        autocompletion=completion.complete_from(completion.DATA_SETS),
+        show_default=False,
+    ),
     "recording": typer.Argument(
         metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
     ),
