@@ -22,6 +22,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     start,
 )
 from opensuction.hysteresis.dahl import Dahl
+from opensuction.hysteresis.oscillator.motion import HystereticOscillator
 from opensuction.hysteresis.play import ModelState
 from opensuction.identification.estimator.nonlinear import FITS
 from opensuction.kernel.errors import InputError
@@ -441,6 +442,8 @@ def results() -> dict[str, list[float]]:
             row += list(model.form.basis(record, path_mm, state.memory).ravel())
         row += [float(model.is_well_posed(record)), float(model.is_monotone(record))]
         values[name] = [float(value) for value in row]
+    oscillator = HystereticOscillator(2.0, 10.0, 5e4, 5e4, 90.0, 30.0, 1.5)
+    values["oscillator"] = oscillator.simulate(path_mm, 750.0).tolist()
     return values
 
 
