@@ -8,7 +8,8 @@ corrected by the measured one) falls no more. Noise that is white on the displac
 the estimate of maximum likelihood.
 
 What it does not find: a hysteretic force that slides nearly all the time with hardly a spring
-beside it, where no linear oscillator is near; the residual is then as large as the displacement.
+beside it (one of a tenth of its stiffness is found, of a sixtieth not), where no linear oscillator
+is near. It is refused, or the residual is as large as the displacement.
 Source: [Ljung-1999] for output-error methods; [Sanathanan-1963] for the weights of the spectra.
 """
 
