@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.machine.canopen import device, objects
-from opensuction.machine.canopen.device import Analogue, AxisMode, DriveAxis, Identity
+from opensuction.machine.canopen.device import Analogue, AxisMode, DriveAxis, Encoder, Identity
 from opensuction.machine.canopen.objects import AbortConnection
 
 ANY = Identity(0, 0, 0)
@@ -17,7 +17,12 @@ def axis(counts_per_unit: float, zero: int) -> DriveAxis:
         node=1,
         identity=ANY,
         mode=AxisMode.POSITION,
-        counts_per_unit=counts_per_unit,
+        encoder=Encoder(
+            counts_per_turn=1,
+            gear_ratio=abs(counts_per_unit),
+            travel_per_turn=1.0,
+            reversed=counts_per_unit < 0.0,
+        ),
         zero_counts=zero,
         lowest=-5.0,
         highest=400.0,

@@ -6,32 +6,40 @@ the bus; mm, rad, mmHg and A are ours.
 
 import math
 from enum import StrEnum
-from typing import Final, NamedTuple
+from typing import Annotated, Final, NamedTuple
+
+from annotated_types import Ge, Gt, Le, Len
 
 from opensuction.machine.canopen.objects import AbortConnection
 
 WRAP: Final = 1 << 32
 """Counts after which a position of 32 bits comes back to where it was."""
 
+NodeNumber = Annotated[int, Ge(1), Le(127)]
+Uint32 = Annotated[int, Ge(0), Le(WRAP - 1)]
+Word = Annotated[int, Ge(-0x8000), Le(0x7FFF)]
+InputBit = Annotated[int, Ge(-1), Le(15)]
+Milliseconds = Annotated[int, Ge(1), Le(1000)]
+
 
 class Bus(NamedTuple):
     """Bus that the nodes are on, in python-can's words."""
 
-    interface: str
+    interface: Annotated[str, Len(1)]
     """`unix` is our own, for processes of one computer; else one of python-can's."""
-    channel: str
-    bitrate: int
+    channel: Annotated[str, Len(1)]
+    bitrate: Annotated[int, Ge(0), Le(1_000_000)]
     """bit/s; 0 where the interface has none."""
-    period_s: float
-    """Between two SYNC: the control loop's period."""
+    period_s: Annotated[float, Ge(0.001), Le(0.01)]
+    """Between two SYNC: the control loop's period; whole ms, as drives interpolate (0x60C2)."""
 
 
 class Identity(NamedTuple):
     """Identity object (0x1018) that a node must have; 0 where any will do."""
 
-    vendor: int
-    product: int
-    revision: int
+    vendor: Uint32
+    product: Uint32
+    revision: Uint32
 
 
 class AxisMode(StrEnum):
@@ -43,52 +51,76 @@ class AxisMode(StrEnum):
     """Cyclic synchronous torque: our servo, over the bus."""
 
 
+class Encoder(NamedTuple):
+    """Encoder on a motor, and what is between that motor and its axis."""
+
+    counts_per_turn: Annotated[int, Ge(1), Le(1 << 24)]
+    """Of the motor, four for each line of an incremental encoder."""
+    gear_ratio: Annotated[float, Gt(0), Le(10_000)]
+    """Turns of the motor for a turn of the pinion or the cam."""
+    travel_per_turn: Annotated[float, Gt(0), Le(1000)]
+    """Of the pinion: its pitch circle, mm; of the cam: 2 pi, rad."""
+    reversed: bool
+    """The drive counts down as the head moves in, or the valve opens."""
+
+
 class DriveAxis(NamedTuple):
     """One CiA 402 drive with its axis."""
 
-    node: int
+    node: NodeNumber
     identity: Identity
     mode: AxisMode
-    counts_per_unit: float
-    """Encoder counts for each mm (insertion) or rad (valve), from gear ratio, pinion and encoder;
-    negative where the drive counts the other way."""
-    zero_counts: int
+    encoder: Encoder
+    zero_counts: Annotated[int, Ge(-WRAP // 2), Le(WRAP // 2 - 1)]
     """Position on the bus at 0 mm or 0 rad, after homing."""
     lowest: float
     highest: float
     """Range of positions, in mm or rad, beyond which nothing is sent."""
-    most_per_s: float
+    most_per_s: Annotated[float, Gt(0), Le(1000)]
     """Highest speed, mm/s or rad/s: the drive's own limit is set to it."""
-    rated_current_a: float
+    rated_current_a: Annotated[float, Gt(0), Le(100)]
     """Current at 1000 thousandths of the rated torque (0x6077)."""
-    most_torque: float
+    most_torque: Annotated[float, Gt(0), Le(5)]
     """Highest share of the rated torque."""
     lost_host: AbortConnection
     """Reaction to a host that is lost."""
+
+    @property
+    def counts_per_unit(self) -> float:
+        """Encoder counts for each mm or rad; negative where the drive counts the other way."""
+        one = self.encoder
+        counts = one.counts_per_turn * one.gear_ratio / one.travel_per_turn
+        return -counts if one.reversed else counts
+
+    @property
+    def most_rpm(self) -> int:
+        """Highest speed of the motor, turns each minute (0x6080)."""
+        one = self.encoder
+        return round(60.0 * self.most_per_s * one.gear_ratio / one.travel_per_turn)
 
 
 class ContactInput(NamedTuple):
     """Contact switch at the tip, on the insertion drive's digital inputs (0x60FD)."""
 
-    closed_bit: int
+    closed_bit: Annotated[int, Ge(0), Le(31)]
     """The switch is closed: the drive's own stop on this input is armed."""
-    wired_bit: int
+    wired_bit: Annotated[int, Ge(0), Le(31)]
     """Its line is closed through the resistor in the tip."""
 
 
 class Analogue(NamedTuple):
     """Analogue channel of the module: value = (counts - zero) / counts_per_unit."""
 
-    channel: int
+    channel: Annotated[int, Ge(0), Le(8)]
     """From 1; 0 where the machine does not have it."""
     counts_per_unit: float
-    zero_counts: int
+    zero_counts: Word
 
 
 class InputModule(NamedTuple):
     """CiA 401 module: valves, sensors and the patient monitor's outputs."""
 
-    node: int
+    node: NodeNumber
     identity: Identity
     vacuum: Analogue
     """Vacuum in the canister, mmHg."""
@@ -100,37 +132,37 @@ class InputModule(NamedTuple):
     """1/min."""
     airway_pressure: Analogue
     """cmH2O."""
-    mouth_bit: int
+    mouth_bit: InputBit
     """Digital input: nothing in the beam at the tube's mouth; -1 without a light barrier."""
-    monitor_bit: int
+    monitor_bit: InputBit
     """Digital input: the monitor is connected; -1 where there is none."""
-    validity_bits: tuple[int, int, int]
-    """Digital inputs: saturation, heart rate and airway pressure are measured now."""
+    validity_bits: tuple[InputBit, InputBit, InputBit]
+    """Digital inputs: saturation, heart rate and airway pressure are measured now; -1 without."""
     regulator: Analogue
     """Analogue output: set point of the vacuum regulator, mmHg."""
-    pump_bit: int
+    pump_bit: Annotated[int, Ge(0), Le(7)]
     """Digital output: the pump runs."""
 
 
 class Heartbeats(NamedTuple):
     """Signs of life, in ms."""
 
-    host_ms: int
+    host_ms: Milliseconds
     """How often the controller gives one."""
-    lost_host_ms: int
+    lost_host_ms: Annotated[int, Ge(2), Le(99)]
     """Without one for longer than this the nodes react as `DriveAxis.lost_host` says."""
-    node_ms: int
+    node_ms: Milliseconds
     """How often a node gives one."""
-    lost_node_ms: int
+    lost_node_ms: Milliseconds
     """Without one for longer than this a node counts as lost; one that is late alone does not."""
 
 
 class Device(NamedTuple):
     """A machine on a bus."""
 
-    name: str
+    name: Annotated[str, Len(1, 60)]
     bus: Bus
-    host_node: int
+    host_node: NodeNumber
     """Our own number on the bus, which heartbeats name."""
     heartbeats: Heartbeats
     insertion: DriveAxis
