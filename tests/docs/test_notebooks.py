@@ -49,9 +49,9 @@ def test_every_cell_of_a_notebook_runs(
             assert len(shown) < 200_000  # a page, not a dump of numbers
 
 
-def test_there_are_three_and_each_is_on_the_page() -> None:
+def test_there_are_four_and_each_is_on_the_page() -> None:
     page = (FOLDER / "index.md").read_text("utf-8")
-    assert len(NOTEBOOKS) == 3
+    assert len(NOTEBOOKS) == 4
     for notebook in NOTEBOOKS:
         assert f"]({notebook.name})" in page
 
