@@ -25,7 +25,7 @@ def test_a_table_in_json_and_markdown(tmp_path: Path, monkeypatch: pytest.Monkey
     ]
     assert [one["model"] for one in data["entries"]] == ["straight-line"]
     page = (tmp_path / "b" / "leaderboard.md").read_text()
-    assert f"| 1 | straight-line | {PERCENT} ({PERCENT} to {PERCENT})" in page
+    assert f"| 1 | straight-line | 0.1 | {PERCENT} ({PERCENT} to {PERCENT})" in page
     read = opensuction("leaderboard", *arguments, *models[:2], "--force", cwd=tmp_path)
     words = " ".join(read.stdout.split())
     assert f"straight-line {PERCENT} ({PERCENT} to {PERCENT})" in words
@@ -37,11 +37,11 @@ def test_a_table_in_json_and_markdown(tmp_path: Path, monkeypatch: pytest.Monkey
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ((), "no --data folder was named"),
+        (("--data-set", "wall"), "no --data folder was named"),
         (("--data", "none"), "--data none: no such folder"),
         (("--data", ".", "--model", "dah"), "unknown model 'dah'"),
         (("--data", ".", "--data-set", "wal"), "unknown data set 'wal'"),
-        (("--data", "."), "none of 10 data sets can be used"),
+        (("--data", ".", "--data-set", "wall"), "none of 1 data sets can be used"),
     ],
 )
 def test_bad_input_is_one_line(arguments: tuple[str, ...], expected: str, tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ MODELS = (
     "residual-readout",
     "maxwell-slip",
 )
-CONTENDERS = (*MODELS, "modified-bouc-wen", "straight-line")
+CONTENDERS = (*MODELS, "modified-bouc-wen", "bouc-wen-oscillator", "straight-line")
 DATA_SETS = (
     "grasper-00",
     "grasper-25",
@@ -60,6 +60,7 @@ DATA_SETS = (
     "servo",
     "servo-pair",
     "simulated-mr-damper",
+    "bouc-wen-benchmark",
 )
 PURPOSES = ("predict", "compensate", "transfer")
 METHODS = (

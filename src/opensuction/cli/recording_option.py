@@ -114,7 +114,7 @@ RECORDING_OPTIONS: dict[str, Any] = {
     "contenders": typer.Option(
         "--model",
         help="Model that is held against others; may be given many times. Default: all of the "
-        "catalogue, modified-bouc-wen and straight-line.",
+        "catalogue, modified-bouc-wen, bouc-wen-oscillator and straight-line.",
         metavar="NAME|MODULE:CLASS",
         autocompletion=completion.complete_from(completion.CONTENDERS),
         show_default=False,

@@ -122,6 +122,21 @@ def sweep_test() -> BenchmarkRecord:
     return _sample(SWEEP_N * np.sin(phase))
 
 
+def joined_record(seed: int, test_seed: int) -> BenchmarkRecord:
+    """The five periods from rest and, as one motion with them, five of the test's multisine.
+
+    Noise is on the displacement of the first five periods alone; of the others the last is steady.
+    """
+    refinement = math.prod(FINE_STAGES)
+    first, second = multisine(seed, refinement), multisine(test_seed, refinement)
+    record = _sample(np.concatenate([np.tile(first, PERIODS), np.tile(second, PERIODS + 1)]))
+    kept, noisy = 2 * PERIODS * PERIOD, PERIODS * PERIOD
+    displacement_m = record.displacement_m[:kept].copy()
+    noise = _normal(random_stream.stream(seed, NOISE_PURPOSE), noisy)
+    displacement_m[:noisy] += NOISE_M_RMS * noise
+    return BenchmarkRecord(record.force_n[:kept].copy(), displacement_m)
+
+
 def predict_multisine(fit: OscillatorFit, force_n: Array) -> Array:
     """The steady state of a model under a period of force, m."""
     return fit.predict(np.tile(force_n, SETTLING_PERIODS + 1))[-force_n.size :]

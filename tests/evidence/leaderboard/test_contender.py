@@ -98,5 +98,6 @@ def test_our_regressor_by_name_is_the_model_of_the_catalogue() -> None:
     np.testing.assert_allclose(chosen.predict(samples), catalogue, atol=1e-9)
 
 
-def test_a_damper_takes_speed_and_voltage_alone() -> None:
-    assert not contender.BUILT_IN[contender.GREY_BOX].takes(data_set.cut(LINE, line()))
+@pytest.mark.parametrize("name", [contender.DAMPER, contender.OSCILLATOR])
+def test_a_grey_box_takes_its_own_quantities_alone(name: str) -> None:
+    assert not contender.BUILT_IN[name].takes(data_set.cut(LINE, line()))

@@ -49,17 +49,14 @@ def _summarise(console: "Console", found: "LeaderboardResult", folder: Path) -> 
         table.add_column(one.name, no_wrap=True)
         table.add_column("held out, % of range (95 %)", justify="right", no_wrap=True)
         table.add_column("RRSE", justify="right", no_wrap=True)
-        below = []
-        for entry in found.entries:
-            if entry.data_set != one.name:
-                continue
-            if entry.error is None:
-                below.append(f"{entry.model}: not fitted: {entry.refused}")
-                continue
-            percent = leaderboard_page.write_interval(
-                entry.error.rmse_percent_of_range, entry.error.rmse_percent_of_range_ci95
-            )
-            table.add_row(entry.model, percent, f"{entry.error.rrse:.3g}")
+        own = [entry for entry in found.entries if entry.data_set == one.name]
+        for entry in own:
+            if entry.error is not None:
+                percent = leaderboard_page.write_interval(
+                    entry.error.rmse_percent_of_range, entry.error.rmse_percent_of_range_ci95
+                )
+                table.add_row(entry.model, percent, f"{entry.error.rrse:.3g}")
+        below = leaderboard_page.list_refusals(own)
         console.print(table)
         below += [f"published: {other.rrse:.3g} by {other.by}" for other in one.published]
         for line in below:
@@ -95,16 +92,17 @@ Examples:
 
 \b
 Nothing is fetched: --data names the folder in which the files lie, or in a
-folder of it, as their owners published them. A file is known by its sha256;
-one that is not there, or is another one, is listed as such. Where each is
-published, what is fitted and what is held out: leaderboard.md, and
-docs/reference/leaderboard.md.
+folder of it, as their owners published them; bouc-wen-benchmark is computed
+and needs none. A file is known by its sha256; one that is not there, or is
+another one, is listed as such. Where each is published, what is fitted and
+what is held out: leaderboard.md, and docs/reference/leaderboard.md.
 
 \b
 Models:
   NAME            of the catalogue (modified-dahl, maxwell-slip, ...),
-                  modified-bouc-wen (a damper that a voltage drives) or
-                  straight-line; a model of one input takes the first
+                  modified-bouc-wen (a damper that a voltage drives),
+                  bouc-wen-oscillator (a mass) or straight-line; a model of
+                  one input takes the first
   MODULE:CLASS    an estimator with scikit-learn's fit(X, y) and predict(X),
                   made without arguments; MODULE:OBJECT one that is made
                   already. Modules of the current folder are found. X has a

@@ -19,13 +19,14 @@ import numpy as np
 from opensuction.evidence.leaderboard import mr_damper
 from opensuction.evidence.leaderboard.data_set import Samples
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
+from opensuction.hysteresis.oscillator.output_error import fit_oscillator
 from opensuction.identification import workbench
 from opensuction.identification.judgement.diagnosis import UNKNOWN_UNITS, Labels
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.settings.validation import choose
 
-LINE, GREY_BOX = "straight-line", "modified-bouc-wen"
+LINE, DAMPER, OSCILLATOR = "straight-line", "modified-bouc-wen", "bouc-wen-oscillator"
 OF_ESTIMATOR = ("fit", "predict")
 """Methods of an estimator of scikit-learn that are called."""
 
@@ -51,17 +52,28 @@ def _predict_line(samples: Samples) -> Array:
 
 def _predict_damper(samples: Samples) -> Array:
     period_s = samples.data_set.period_s
-    assert period_s is not None  # `_is_driven_damper`
+    assert period_s is not None  # `_is_evenly_sampled`
     speed, voltage = samples.inputs
     known = slice(samples.fitted)
     found = mr_damper.fit(speed[known], voltage[known], samples.output[known], period_s)
     return mr_damper.simulate(found, speed, voltage, period_s)
 
 
-def _is_driven_damper(samples: Samples) -> bool:
-    """True for a data set of speed and voltage, evenly sampled."""
-    has_units = samples.data_set.units == ("cm/s", "V", "N")
-    return has_units and samples.data_set.period_s is not None
+def _predict_oscillator(samples: Samples) -> Array:
+    period_s = samples.data_set.period_s
+    assert period_s is not None  # `_is_evenly_sampled`
+    force_n, known = samples.inputs[0], slice(samples.fitted)
+    found = fit_oscillator(force_n[known], samples.output[known], 1.0 / period_s)
+    return found.predict(force_n, found.start)
+
+
+def _is_evenly_sampled(*units: str) -> Callable[[Samples], bool]:
+    """Predicate of a data set of these units of inputs and output, evenly sampled."""
+
+    def takes(samples: Samples) -> bool:
+        return samples.data_set.units == units and samples.data_set.period_s is not None
+
+    return takes
 
 
 def _of_catalogue(name: str) -> Contender:
@@ -90,10 +102,16 @@ BUILT_IN: Mapping[str, Contender] = {
     for one in (
         *map(_of_catalogue, workbench.MODELS),
         Contender(
-            GREY_BOX,
+            DAMPER,
             "modified Bouc-Wen model of a damper that a voltage drives",
             _predict_damper,
-            _is_driven_damper,
+            _is_evenly_sampled("cm/s", "V", "N"),
+        ),
+        Contender(
+            OSCILLATOR,
+            "mass with a Bouc-Wen force",
+            _predict_oscillator,
+            _is_evenly_sampled("N", "m"),
         ),
         Contender(LINE, "least-squares line over the inputs, without memory", _predict_line),
     )

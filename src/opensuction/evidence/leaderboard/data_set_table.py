@@ -4,7 +4,8 @@ A data set that equations describe has `DataSet.generate` in the place of a file
 Errors of others on the simulated damper: [SysIdentPy].
 """
 
-from opensuction.evidence.leaderboard.data_set import DataSet, Published, Split, halves
+from opensuction.evidence import oscillator_benchmark as benchmark
+from opensuction.evidence.leaderboard.data_set import Columns, DataSet, Published, Split, halves
 
 MRD = {
     "00": (
@@ -155,6 +156,36 @@ SIMULATED_DAMPER = DataSet(
     ),
 )
 
+FITTED_SEED, TEST_SEED = 1, 1001
+"""Multisines of the generated benchmark."""
+
+
+def _simulate_oscillator() -> Columns:
+    return benchmark.joined_record(FITTED_SEED, TEST_SEED)._asdict()
+
+
+OSCILLATOR = DataSet(
+    name="bouc-wen-benchmark",
+    title="mass with a Bouc-Wen force under a multisine of 5 to 150 Hz: force to displacement",
+    inputs=("force_n",),
+    output="displacement_m",
+    units=("N", "m"),
+    split=Split(
+        0,
+        benchmark.PERIODS * benchmark.PERIOD,
+        (2 * benchmark.PERIODS - 1) * benchmark.PERIOD,
+        2 * benchmark.PERIODS * benchmark.PERIOD,
+        "five periods with noise of 8e-6 m fitted; of five of another multisine that follow, "
+        "without noise, the last held out",
+    ),
+    sampling="750 Hz",
+    period_s=1.0 / benchmark.RATE_HZ,
+    licence="Apache-2.0",
+    source="the equations of [BW-2016], with signals of our own",
+    simulated=True,
+    generate=_simulate_oscillator,
+)
+
 DATA_SETS = {
     one.name: one
     for one in (
@@ -166,6 +197,7 @@ DATA_SETS = {
         SERVO,
         OTHER_SERVO,
         SIMULATED_DAMPER,
+        OSCILLATOR,
     )
 }
 """By name, in the order of the table."""

@@ -33,12 +33,20 @@ def _errors(error: HeldOutError) -> tuple[str, str]:
     )
 
 
-def _row(entry: Entry) -> tuple[str, ...]:
-    if entry.error is None or entry.fitted_rrse is None:
-        return ("-", entry.model, f"not fitted: {entry.refused}", "", "", "")
+def _row(entry: Entry, error: HeldOutError, unit: str) -> tuple[str, ...]:
     place = f"{entry.place}{' =' if entry.like_best and entry.place != 1 else ''}"
-    seconds = f"{entry.seconds:.1f}"
-    return (place, entry.model, *_errors(entry.error), f"{entry.fitted_rrse:.3g}", seconds)
+    fitted = f"{entry.fitted_rrse:.3g}"
+    rmse = f"{error.rmse:.3g} {unit}".rstrip()
+    return (place, entry.model, rmse, *_errors(error), fitted, f"{entry.seconds:.1f}")
+
+
+def list_refusals(entries: Iterable[Entry]) -> list[str]:
+    """Models that could not be fitted, those with the same reason in one line."""
+    reasons: dict[str, list[str]] = {}
+    for entry in entries:
+        if entry.refused is not None:
+            reasons.setdefault(entry.refused, []).append(entry.model)
+    return [f"not fitted: {', '.join(names)}: {why}" for why, names in reasons.items()]
 
 
 def _describe(one: DataSetSummary) -> str:
@@ -48,27 +56,33 @@ def _describe(one: DataSetSummary) -> str:
         f"{'Simulated. ' if one.simulated else ''}"
         f"Input {' and '.join(f'`{name}`' for name in one.inputs)}, output `{one.output}`{units}, "
         f"{one.sampling}. {one.fitted_samples:,} samples fitted, {one.held_out_samples:,} held "
-        f"out: {one.split}. Published at {one.source}, {one.licence}"
-        + (f"; `{one.file}`, sha256 `{one.sha256}`." if one.file else ".")
+        f"out: {one.split}. {'Published at' if one.file else 'Generated from'} {one.source}, "
+        f"{one.licence}" + (f"; `{one.file}`, sha256 `{one.sha256}`." if one.file else ".")
     )
 
 
 def _section(one: DataSetSummary, entries: Iterable[Entry]) -> list[str]:
-    rows = [_row(entry) for entry in entries if entry.data_set == one.name]
-    rows += [("", f"*{other.by}*", "", f"{other.rrse:.3g}", "", "") for other in one.published]
+    own = [entry for entry in entries if entry.data_set == one.name]
+    unit = one.units[-1] if one.units else ""
+    rows = [_row(entry, entry.error, unit) for entry in own if entry.error is not None]
+    rows += [("", f"*{other.by}*", "", "", f"{other.rrse:.3g}", "", "") for other in one.published]
     columns = (
         "place",
         "model",
-        "held out, % of range (95 %)",
-        "held out, RRSE (95 %)",
+        "held out, RMSE",
+        "% of range (95 %)",
+        "RRSE (95 %)",
         "fitted, RRSE",
         "s",
     )
-    return [f"### {one.name}", "", _describe(one), "", *_table(columns, rows), ""]
+    below = [line for refusal in list_refusals(own) for line in (f"N{refusal[1:]}.", "")]
+    return [f"### {one.name}", "", _describe(one), "", *_table(columns, rows), "", *below]
 
 
 def _models(found: LeaderboardResult) -> list[str]:
-    ranked = sorted(found.models, key=lambda one: (-one.scored, one.mean_place or 0.0))
+    most = max(one.scored for one in found.models)
+    # Those of a few data sets last: their places are among few.
+    ranked = sorted(found.models, key=lambda one: (2 * one.scored < most, one.mean_place or 0.0))
     rows = (
         (
             one.name,
