@@ -27,7 +27,8 @@ from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import Journal
 from opensuction.runtime.loop import ControlLoop
 from opensuction.runtime.recorder import Recorder
-from opensuction.runtime.recorder_process import RecorderService, Source
+from opensuction.runtime.recorder_process import RecorderService
+from opensuction.runtime.recorder_source import Source
 from opensuction.runtime.supervisor import SupervisedProcess
 from opensuction.simulation.machine_side import GREETED
 from opensuction.twin.machine import fail_safe

@@ -9,7 +9,7 @@ from opensuction.ipc.ring import Place, ReadCheckpoint
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime import database_writer, loop
 from opensuction.runtime.database_writer import DatabaseWriter, Task
-from opensuction.runtime.recorder_process import Source
+from opensuction.runtime.recorder_source import Source
 
 LOST = "people are told: recorder-lost"
 FULL = LifeFault(Kind.DISK_FULL, "", Phase.INSERTING, 0.05, 5.0)

@@ -10,7 +10,7 @@ from opensuction.controller.loop_tick import AT_REST
 from opensuction.ipc.ring import EventWriter, Place, RingWriter
 from opensuction.recording.cycle_file.row_schema import STATE_PART
 from opensuction.runtime.loop import ROW_COLUMNS, STARTED_FROM, TIMING_COLUMNS
-from opensuction.runtime.recorder_process import Source
+from opensuction.runtime.recorder_source import Source
 
 SLOTS = 64
 LEFT_AT = 30
