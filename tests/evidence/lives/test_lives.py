@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.evidence.lives import life, life_fault, lives
+from opensuction.evidence.lives import life, life_fault, lives, simulated_machine
 from opensuction.evidence.lives.life import INVARIANTS, Life, LifeResult
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
 from opensuction.evidence.lives.lives import Campaign
@@ -198,6 +198,21 @@ def test_the_folder_of_a_life_is_gone_after_it(
     monkeypatch.setattr("opensuction.evidence.lives.simulated_machine.MEMORY", tmp_path)
     play(NOTHING)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_folders_of_commands_that_were_killed_are_removed_by_the_next_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulated_machine, "MEMORY", tmp_path)
+    other = tmp_path / "other"
+    other.mkdir()
+    with simulated_machine.room() as lives_on:
+        killed = tmp_path / f"{simulated_machine.ROOM}killed"
+        killed.mkdir(mode=0o700)
+        (killed / "control.ring").touch()
+        with simulated_machine.room() as own:
+            assert set(tmp_path.iterdir()) == {other, lives_on, own}
+    assert list(tmp_path.iterdir()) == [other]
 
 
 def test_a_process_that_is_dead_does_not_stand_still_and_nobody_else_does() -> None:

@@ -11,7 +11,7 @@ import shutil
 import tempfile
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,8 +19,10 @@ from opensuction.controller.configuration import Configuration
 from opensuction.evidence.lives.bedside import PATIENCE_S, Bedside, Display, Situation
 from opensuction.evidence.lives.simulated_computer import Main, SimulatedComputer
 from opensuction.evidence.lives.witness import Witness
-from opensuction.host.host import NS_PER_S, Child, Host, Steps, after
+from opensuction.host.host import NS_PER_S, Child, Host, Lock, Steps, after
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler, Pacing
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import STOP
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
@@ -62,6 +64,8 @@ PROCESSES: Mapping[str, Main] = {
 """Processes of a machine, by their modules."""
 ROOM = "opensuction-lives-"
 """Begin of the name of a folder for many machines."""
+HELD = "held"
+"""File in it that a command has locked until it ends, however it ends."""
 MIB = 2**20
 BEGINS_MIB, ENDS_MIB = 128, 32
 """Space of its folder that a life takes at most; and so much that no ring failed to be made."""
@@ -279,14 +283,45 @@ class SimulatedMachine:
 
 @contextmanager
 def room() -> Iterator[Path]:
-    """A folder in memory for the machines of many lives; it goes with all that is in it."""
-    made = Path(tempfile.mkdtemp(prefix=ROOM, dir=_memory()))
+    """A folder in memory for the machines of many lives; it goes with all that is in it.
+
+    Those of commands that were killed before they could remove theirs go first.
+    """
+    for abandoned in _memory().glob(f"{ROOM}*"):
+        _remove_abandoned(abandoned)
+    made, lock = _make_room()
     try:
-        yield made
+        with closing(lock):
+            yield made
     finally:
-        for _ in range(CLEARED_TIMES):
-            if made.exists():
-                shutil.rmtree(made, ignore_errors=True)
+        _remove(made)
+
+
+def _make_room() -> tuple[Path, Lock]:
+    """A new folder with its lock; another command may take one for abandoned until it has it."""
+    while True:
+        made = Path(tempfile.mkdtemp(prefix=ROOM, dir=_memory()))
+        with suppress(FileNotFoundError):
+            lock = THIS_COMPUTER.locks.take_file(made / HELD)
+            if lock is not None and (made / HELD).exists():
+                return made, lock
+
+
+def _remove_abandoned(room: Path) -> None:
+    """Remove a folder of this user whose command has ended."""
+    if not private_file.is_own_folder(room):
+        return
+    with suppress(OSError):
+        lock = THIS_COMPUTER.locks.take_file(room / HELD)
+        if lock is not None:
+            with closing(lock):
+                _remove(room)
+
+
+def _remove(room: Path) -> None:
+    for _ in range(CLEARED_TIMES):
+        if room.exists():
+            shutil.rmtree(room, ignore_errors=True)
 
 
 @contextmanager
