@@ -7,6 +7,8 @@ before anything of it is written, in the middle of it, or after all of it.
 import errno
 import os
 import random
+import tempfile
+from functools import cache
 from io import FileIO
 from pathlib import Path
 
@@ -24,6 +26,15 @@ STALLS = 0.05
 STALL_S = (0.1, 3.0)
 STORED = 0.5
 """Share of the commits that fail and have been stored all the same."""
+
+
+@cache
+def _new_records() -> bytes:
+    """A database as `Records.open` makes it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "records.db"
+        Records.open(str(file)).close()
+        return file.read_bytes()
 
 
 class SimulatedDisk:
@@ -79,6 +90,10 @@ class SimulatedDisk:
         """The records as a machine opens them, on this disk. Raises RecordsError."""
         if self._refuse_begin() != database.OK:
             raise failure.refused(database.parse(url).shown, failure.LOCKED)
+        file = database.parse(url).file
+        if file is not None and not file.exists():
+            with private_file.create(file) as made:
+                made.write(_new_records())
         records = Records.open_for_machine(url)
         refusals = Refusals(self._refuse_begin, self._refuse_commit, self._is_stored)
         database.interpose(records.database, refusals)

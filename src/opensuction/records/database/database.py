@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import platformdirs
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url, pool, text
+from sqlalchemy import URL, Connection, Dialect, Engine, create_engine, event, make_url, pool, text
 from sqlalchemy.exc import ArgumentError
 
 from opensuction.kernel import private_file
@@ -266,6 +266,27 @@ def _open_for_reading(file: Path, wait_s: float) -> sqlite3.Connection:
     return connection
 
 
+class _Statements(dict[tuple[Any, ...], Any]):
+    """Statements as SQLite takes them, whichever file they go to: each is composed once.
+
+    An engine has a dialect of its own, and a statement's key names it; those of SQLite are alike.
+    """
+
+    def get(self, key: tuple[Any, ...], default: Any = None) -> Any:
+        """The statement of a key; the default where it is not there yet."""
+        return super().get(_without_dialect(key), default)
+
+    def __setitem__(self, key: tuple[Any, ...], composed: Any) -> None:
+        super().__setitem__(_without_dialect(key), composed)
+
+
+def _without_dialect(key: tuple[Any, ...]) -> tuple[Any, ...]:
+    return tuple(part for part in key if not isinstance(part, Dialect))
+
+
+_STATEMENTS = _Statements()
+
+
 def _sqlite(file: Path, wait_s: float, read_only: bool) -> Engine:
 
     def open_it() -> sqlite3.Connection:
@@ -277,6 +298,7 @@ def _sqlite(file: Path, wait_s: float, read_only: bool) -> Engine:
         "sqlite+pysqlite://",
         creator=open_it,
         poolclass=pool.QueuePool,
+        execution_options={"compiled_cache": _STATEMENTS},
     )
 
     @event.listens_for(engine, "connect")

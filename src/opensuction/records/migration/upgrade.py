@@ -4,6 +4,7 @@ The triggers that a database of the newest version must have.
 """
 
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -42,11 +43,11 @@ LOCK = 5_837_104_219
 """Of PostgreSQL, for whoever upgrades: a number of this project's own."""
 
 
-def _configure() -> Config:
+def _configure(steps: tuple[Path, ...]) -> Config:
     config = Config()
     config.set_main_option("script_location", _literal(FOLDER))
     config.set_main_option("path_separator", "newline")
-    config.set_main_option("version_locations", "\n".join(map(_literal, STEPS)))
+    config.set_main_option("version_locations", "\n".join(map(_literal, steps)))
     return config
 
 
@@ -57,8 +58,14 @@ def _literal(path: Path) -> str:
 
 def list_versions() -> list[str]:
     """All versions that this program knows, the oldest first."""
-    scripts = ScriptDirectory.from_config(_configure())
-    return [script.revision for script in scripts.walk_revisions()][::-1]
+    return list(_list_versions(STEPS))
+
+
+@cache
+def _list_versions(steps: tuple[Path, ...]) -> tuple[str, ...]:
+    """See `list_versions`. steps: as `STEPS`; each is read once, which takes some milliseconds."""
+    scripts = ScriptDirectory.from_config(_configure(steps))
+    return tuple(script.revision for script in scripts.walk_revisions())[::-1]
 
 
 def find_version(connection: Connection, shown: str) -> str | None:
@@ -117,7 +124,7 @@ def bring_up_to_date(database: Database) -> Path | None:
 
 def _upgrade(connection: Connection, version: str) -> None:
     """Carry out the steps, within the caller's transaction."""
-    config = _configure()
+    config = _configure(STEPS)
     scripts = ScriptDirectory.from_config(config)
 
     def list_steps(present: Any, _context: Any) -> Any:
