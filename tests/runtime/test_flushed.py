@@ -11,6 +11,7 @@ from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.ring import Read
 from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file import frame
+from opensuction.recording.cycle_file.frame import Extent
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import BoundFile
 from opensuction.records.records import Records
@@ -183,6 +184,31 @@ def test_notes_outlive_the_machine_until_they_are_on_record(rows: Array, kept: K
     assert [path.name for path in kept.notes.parent.iterdir()] == [kept.notes.name]
     kept.bind()
     assert not kept.notes.exists(), "then nothing of them is left"
+
+
+@pytest.mark.parametrize("missing_bytes", [1, 40])
+def test_a_note_that_was_not_written_to_its_end_leaves_the_one_before(
+    tmp_path: Path, missing_bytes: int
+) -> None:
+    """Who dies as it announces a write has not begun it."""
+    path, notes = tmp_path / "recorder.flushed", Flushed(tmp_path / "recorder.flushed")
+    for size in (10, 20):
+        notes.put("a.mcap", Note("a.mcap", 1, "", after=Extent(size, "")))
+    path.write_bytes(path.read_bytes()[: -1 - missing_bytes])
+    assert [note.after.size_bytes for note in Flushed(path).left().values()] == [10]
+
+
+def test_notes_take_no_more_room_however_often_a_file_is_written_to(tmp_path: Path) -> None:
+    path = tmp_path / "recorder.flushed"
+    notes = Flushed(path)
+    for size in range(1000):
+        notes.put("a.mcap", Note("a.mcap", 1, "", after=Extent(size, "0" * 64)))
+        assert path.stat().st_size <= flushed.LONGEST_BYTES
+    notes.put("b.mcap", Note("b.mcap", 1, ""))
+    assert {name: one.after.size_bytes for name, one in Flushed(path).left().items()} == {
+        "a.mcap": 999,
+        "b.mcap": 0,
+    }
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"a.mcap": [1]}', '{"a.mcap": 7}'])

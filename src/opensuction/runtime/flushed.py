@@ -4,10 +4,14 @@ The notes lie in the machine's folder, in memory, and outlive the recorder: its 
 record what it had written. Each write of a recording is noted before and after it is made. So a
 file is as it is noted, or its recorder died in a write: then the file is as before that write, or
 as after it, or ends within it.
+
+A line of the file is the note of one recording, and the last of a name counts. So a write of a
+recording costs a line, and whoever dies within one leaves the note before it.
 """
 
 import contextlib
 import json
+import os
 import sys
 import threading
 from pathlib import Path
@@ -33,6 +37,10 @@ class Note(NamedTuple):
     is_closed: bool = False
 
 
+LONGEST_BYTES = 64_000
+"""A file of notes that is longer is written anew: it lies in memory."""
+
+
 class Flushed:
     """The notes of a machine's recorder, by the names of the files. Several threads may ask."""
 
@@ -40,6 +48,8 @@ class Flushed:
         """Takes up what a recorder before has left there."""
         self._path, self._lock, self._failed = path, threading.Lock(), False
         self._notes = _read(path)
+        self._room_bytes = 0
+        """How much longer the file may be; whoever begins writes it anew."""
         self._used = set(self._notes)
         """Names that were written to, whether the files are still there or not."""
 
@@ -57,7 +67,8 @@ class Flushed:
         with self._lock:
             self._notes[name] = note
             self._used.add(name)
-            self._write()
+            if not self._add(_line_of(name, note)):
+                self._write()
 
     def drop(self, name: str, was_made: bool = True) -> None:
         """Forget a file: it is on record, or was never made, and the name is free again."""
@@ -67,25 +78,52 @@ class Flushed:
             if self._notes.pop(name, None) is not None:
                 self._write()
 
+    def _add(self, line: bytes) -> bool:
+        """Add a line; false where the file is to be written anew."""
+        if len(line) > self._room_bytes:
+            return False
+        self._room_bytes -= len(line)
+        try:
+            handle = private_file.opener(str(self._path), os.O_WRONLY | os.O_APPEND)
+            try:
+                return os.write(handle, line) == len(line)
+            finally:
+                os.close(handle)
+        except OSError:
+            return False
+
     def _write(self) -> None:
         """Whole or not at all. Where it cannot be, recordings go on, and are bound as they end."""
+        self._room_bytes = 0
         try:
             if not self._notes:
                 self._path.unlink(missing_ok=True)
                 return
-            private_file.write(self._path, json.dumps(self._notes))
+            lines = b"".join(_line_of(name, note) for name, note in self._notes.items())
+            private_file.write(self._path, lines)
+            self._room_bytes = LONGEST_BYTES - len(lines)
         except OSError as error:
             if not self._failed:
                 sys.stderr.write(f"opensuction: {self._path} cannot be written: {error.strerror}\n")
             self._failed = True
 
 
+def _line_of(name: str, note: Note) -> bytes:
+    return json.dumps((name, *note)).encode() + b"\n"
+
+
 def _read(path: Path) -> dict[str, Note]:
-    """Notes that are kept there; none where they cannot be read."""
+    """Notes that are kept there; none where they cannot be read.
+
+    One that was not written to its end is left out, and counts for nothing: what it announces was
+    not begun.
+    """
+    notes: dict[str, Note] = {}
     with contextlib.suppress(OSError, ValueError, TypeError, AttributeError):
-        told = json.loads(path.read_text(encoding="utf-8"))
-        return {name: _to_note(*fields) for name, fields in told.items()}
-    return {}
+        for line in path.read_text(encoding="utf-8").splitlines():
+            name, *fields = json.loads(line)
+            notes[str(name)] = _to_note(*fields)
+    return notes
 
 
 def _to_note(

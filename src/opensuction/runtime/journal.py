@@ -17,7 +17,7 @@ from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import CYCLE, Phase, name_of
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
-from opensuction.runtime.loop import ROW_COLUMNS, told
+from opensuction.runtime.loop import ROW_COLUMNS, is_steady, seen_in, told
 from opensuction.runtime.recorder import name_of as name_of_file
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
@@ -32,7 +32,7 @@ QUIET_S = 10.0
 """Of the stops that such a one asks for the first is put on record, and another after so long:
 whoever may press it for ever is not to fill the database."""
 NS_PER_S = 1e9
-_TIME, _LEFT, _TICK, _PHASE, _CAUSE, _TRIPS, _HEAD = (
+_TIME, _LEFT, _TICK, _PHASE, _CAUSE, _TRIPS, _PRESENT, _LATCHED, _HEAD = (
     ROW_COLUMNS.index(name)
     for name in (
         "loop.time_s",
@@ -41,9 +41,12 @@ _TIME, _LEFT, _TICK, _PHASE, _CAUSE, _TRIPS, _HEAD = (
         "outputs.phase",
         "outputs.cause",
         "outputs.verdict.trips",
+        "outputs.signals.present",
+        "outputs.signals.latched",
         "inputs.readings.head_mm",
     )
 )
+_FOLLOWED = (_LEFT, _PHASE, _TRIPS, _PRESENT, _LATCHED)
 
 
 class Entry(NamedTuple):
@@ -85,7 +88,7 @@ class Journal:
         goes_on: when the machine left its rest, of what goes on there and has been put on record.
         """
         self._run = run
-        self._known = 0 if before is None else int(told(before[np.newaxis])[0])
+        self._known = 0 if before is None else seen_in(before).told
         self._left_rest = goes_on if before is None else float(before[_LEFT])
         self._on_record = goes_on != AT_REST
         self._who, self._why, self._trips = NOBODY, "", 0
@@ -123,6 +126,10 @@ class Journal:
             yield from self._hear(event)
         if not len(rows):
             return
+        self._last = rows[-1]
+        if is_steady(rows, _FOLLOWED):
+            yield from self._look(rows[0], seen_in(rows[0]).told)
+            return
         masks = told(rows)
         changed = np.flatnonzero(
             (np.diff(rows[:, _LEFT], prepend=self._left_rest) != 0)
@@ -132,7 +139,6 @@ class Journal:
         )
         for at in changed:
             yield from self._look(rows[at], int(masks[at]))
-        self._last = rows[-1]
 
     def end(self) -> Iterator[Entry]:
         """The entries of a controller that writes no more: a cycle that goes on is broken off."""

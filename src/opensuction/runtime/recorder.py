@@ -354,6 +354,8 @@ def _split(rows: Array, new_from: int) -> list[Array]:
     """Rows in pieces: where the machine leaves its rest or comes to it, or gets other settings."""
     if not len(rows):
         return []
+    if loop.is_steady(rows, (_LEFT,)) and not (rows[1:, _TICK] == new_from).any():
+        return [rows]
     parts = np.diff(rows[:, _LEFT]) != 0
     parts |= rows[1:, _TICK] == new_from
     return np.split(rows, np.flatnonzero(parts) + 1)

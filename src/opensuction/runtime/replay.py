@@ -4,7 +4,7 @@ The controller runs on by itself from each state that was set; only where rows a
 on from the state that was recorded. Whoever recorded, a simulation or a machine, it is one call.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -35,6 +35,8 @@ Flags = NDArray[np.bool_]
 TOLERANCE = 1e-9
 """Numbers are equivalent that differ by no more, or by no more than this share of the larger one:
 what a last bit of a library function comes to [design]."""
+PLAYED_ROWS = 250
+"""Rows that are played at once, at least: a chunk has fewer."""
 _TICK = [column.name for column in TICK_COLUMNS].index(f"{row_schema.INPUTS}.tick")
 
 
@@ -67,7 +69,8 @@ class Replay(NamedTuple):
 def _differs(recorded: Table, replayed: Table) -> Flags:
     """True at numbers that differ in any bit; two that are not a number count as the same."""
     other: Flags = recorded.view(np.uint64) != replayed.view(np.uint64)
-    other &= ~(np.isnan(recorded) & np.isnan(replayed))
+    if other.any():
+        other &= ~(np.isnan(recorded) & np.isnan(replayed))
     return other
 
 
@@ -89,18 +92,28 @@ class _Player:
         self._call = RealTimeCall(chosen.settings, chosen.heads_mm, blank)
         self._starts: dict[int, Table] = {}
         self._next_tick: int | None = None
+        self._waiting: list[Table] = []
+        """Rows that were not played yet."""
         self.ticks = self.starts = self.gaps = self.differing = 0
         self.first: Difference | None = None
         self.is_far = False
 
     def take_starts(self, table: Table) -> None:
         """Keep states until their ticks come."""
+        self.end()
         for row in table:
             self._starts[int(row[0])] = row[1:]
 
     def take(self, table: Table) -> None:
-        """Play rows of ticks."""
-        for part in self._continuous(table):
+        """Take rows of ticks, and play them as soon as there are some."""
+        self._waiting.append(table)
+        if sum(map(len, self._waiting)) >= PLAYED_ROWS:
+            self.end()
+
+    def end(self) -> None:
+        """Play what was taken."""
+        tables, self._waiting = self._waiting, []
+        for part in self._continuous(np.concatenate(tables)) if tables else ():
             tick = int(part[0, _TICK])
             start = self._starts.pop(tick, None)
             if start is not None:
@@ -128,12 +141,11 @@ class _Player:
 
     def _continuous(self, table: Table) -> Iterator[Table]:
         """Parts of a table in which one tick follows the other, and no state is set."""
-        ticks = table[:, _TICK].tolist()
-        edges = [0]
-        for i in range(1, len(ticks)):
-            if ticks[i] != ticks[i - 1] + 1.0 or ticks[i] in self._starts:
-                edges.append(i)
-        for first, end in pairwise([*edges, len(ticks)]):
+        ticks = table[:, _TICK]
+        begins = np.diff(ticks, prepend=ticks[0]) != 1.0
+        begins |= np.isin(ticks, list(self._starts))
+        begins[0] = True
+        for first, end in pairwise([*np.flatnonzero(begins), len(ticks)]):
             yield table[first:end]
 
     def _compute(self, part: Table) -> Table:
@@ -184,14 +196,16 @@ def _check_columns(reader: RecordingReader, topic: str, columns: tuple[SchemaCol
     )
 
 
-def replay(reader: RecordingReader) -> Replay:
+def replay(reader: RecordingReader, see: Callable[[Table], None] = lambda _: None) -> Replay:
     """Play a recording again, and close it.
+
+    see: given the rows of ticks as they are read; shape (rows, columns) by `TICK_COLUMNS`.
 
     Raises InputError for one of a controller with other fields, for settings that this version
     does not take, and for one without a tick.
     """
     try:
-        player = _play_all(reader)
+        player = _play_all(reader, see)
     finally:
         reader.close()
     return Replay(
@@ -205,7 +219,7 @@ def replay(reader: RecordingReader) -> Replay:
     )
 
 
-def _play_all(reader: RecordingReader) -> _Player:
+def _play_all(reader: RecordingReader, see: Callable[[Table], None]) -> _Player:
     _check_columns(reader, TICKS, TICK_COLUMNS)
     _check_columns(reader, STARTS, START_COLUMNS)
     player = _Player(reader)
@@ -213,7 +227,9 @@ def _play_all(reader: RecordingReader) -> _Player:
         if isinstance(one, Rows) and one.topic == STARTS:
             player.take_starts(one.table)
         elif isinstance(one, Rows) and one.topic == TICKS:
+            see(one.table)
             player.take(one.table)
+    player.end()
     if player.ticks == 0:
         reader.refuse_empty("has no tick that could be replayed")
     return player
