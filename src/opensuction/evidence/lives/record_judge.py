@@ -20,8 +20,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import STOP
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import RESTING, Phase
-from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader, Rows
-from opensuction.recording.cycle_file.row_schema import TICKS
+from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAction, PastCycle
 from opensuction.records.records import Records
@@ -77,8 +76,9 @@ def judge(seen: Circumstances, out: Path, database: Path, serial: str) -> Iterat
     """Violations by what is left. out: folder of the recordings. serial: of the machine."""
     runs = seen.runs
     files = sorted(out.glob("*.mcap"))
+    recordings = _Recordings()
     for file in files:
-        yield from _judge_recording(file)
+        yield from recordings.judge(file)
         if seen.synced.get(file, 0) != file.stat().st_size and not seen.is_refusal_told:
             yield BrokenInvariant("kept", f"the disk has not all of {file.name}, nobody told")
     published = [(one, rows) for one in runs if (rows := one.published()) is not None]
@@ -101,12 +101,11 @@ def judge(seen: Circumstances, out: Path, database: Path, serial: str) -> Iterat
         )
         yield from _judge_twice(actions)
         yield from _judge_loss(seen, missed + unrecorded)
-        kept, unfinished = _read_kept(files)
-        yield from _judge_rows(published, kept, missed + unrecorded)
+        yield from _judge_rows(published, recordings.kept(), missed + unrecorded)
         if missed:
             return  # what happened in them nobody knows
         yield from _judge_cycles(published, cycles)
-        yield from _judge_files(records, files, unfinished)
+        yield from _judge_files(records, files, recordings.unfinished)
         alarms = [one.condition for one in records.history.list_alarms(serial, limit=MOST)]
         wanted = [name for _, rows in published for name in _alarms_of(rows)]
         yield from _compare("alarms", Counter(wanted), Counter(alarms))
@@ -174,21 +173,45 @@ def _compare(what: str, wanted: Counter[str], found: Counter[str]) -> Iterator[B
             yield BrokenInvariant("kept", said)
 
 
-def _judge_recording(file: Path) -> Iterator[BrokenInvariant]:
-    """Violations by a recording; one without a row is that of a recorder that died."""
-    try:
-        with closing(RecordingReader(file)) as reader:
-            verdict = replay.replay(reader)
-    except NothingRecordedError:
-        return
-    except InputError as error:
-        said = str(error).rpartition("/")[2]
-        yield BrokenInvariant("recording", f"cannot be read: {said}")
-        return
-    if not verdict.identical:
-        yield BrokenInvariant("recording", f"replay differs: {verdict.first}")
-    elif reader.is_damaged:
-        yield BrokenInvariant("recording", str(reader.flaw))
+class _Recordings:
+    """Recordings of a life, each read and judged once, and the rows that they hold."""
+
+    def __init__(self) -> None:
+        self._pieces: dict[str, list[Kept]] = {}
+        """By the name of the run."""
+        self.unfinished: set[Path] = set()
+        """Files that no writer has closed."""
+
+    def judge(self, file: Path) -> Iterator[BrokenInvariant]:
+        """Violations by a recording; one without a row is that of a recorder that died."""
+        reader = None
+        try:
+            with closing(RecordingReader(file)) as reader:
+                found = self._pieces.setdefault(reader.heading.about.get("run", ""), [])
+                verdict = replay.replay(
+                    reader, lambda rows: found.append(Kept(rows[:, 0].copy(), sums_of(rows)))
+                )
+        except NothingRecordedError:
+            return
+        except InputError as error:
+            said = str(error).rpartition("/")[2]
+            yield BrokenInvariant("recording", f"cannot be read: {said}")
+            return
+        finally:
+            if reader is not None and reader.flaw is not None:
+                self.unfinished.add(file)
+        if not verdict.identical:
+            yield BrokenInvariant("recording", f"replay differs: {verdict.first}")
+        elif reader.is_damaged:
+            yield BrokenInvariant("recording", str(reader.flaw))
+
+    def kept(self) -> dict[str, Kept]:
+        """Rows of all that were judged, by the name of the run."""
+        return {
+            run: Kept(*(np.concatenate(column) for column in zip(*found, strict=True)))
+            for run, found in self._pieces.items()
+            if found
+        }
 
 
 def _judge_runs(runs: Sequence[Published]) -> Iterator[BrokenInvariant]:
@@ -210,35 +233,6 @@ def _judge_runs(runs: Sequence[Published]) -> Iterator[BrokenInvariant]:
                 yield BrokenInvariant("memory", f"a controller does not know the {name} before it")
         if before.phase[-1] not in map(int, RESTING) and int(after.phase[0]) == Phase.PARKED:
             yield BrokenInvariant("memory", "a controller does not know that one died in a cycle")
-
-
-def _read_kept(files: Sequence[Path]) -> tuple[dict[str, Kept], set[Path]]:
-    """Rows of all recordings, by the name of the run, and the files that were not finished.
-
-    What cannot be read is judged elsewhere.
-    """
-    pieces: dict[str, list[Array]] = {}
-    unfinished = set()
-    for file in files:
-        try:
-            with closing(RecordingReader(file)) as reader:
-                found = pieces.setdefault(reader.heading.about.get("run", ""), [])
-                for one in reader.contents():
-                    if isinstance(one, Rows) and one.topic == TICKS:
-                        found.append(one.table)
-                if reader.flaw is not None:
-                    unfinished.add(file)
-        except InputError:
-            continue
-    kept = {
-        run: Kept(
-            np.concatenate([one[:, 0] for one in tables]),
-            np.concatenate([sums_of(one) for one in tables]),
-        )
-        for run, tables in pieces.items()
-        if tables
-    }
-    return kept, unfinished
 
 
 def _judge_rows(
