@@ -64,9 +64,6 @@ SETTLED = 1e-11
 PHASE_PURPOSE, NOISE_PURPOSE = 90, 91
 """Streams of random numbers of one seed."""
 
-OTHER_PHASES = 1000
-"""Added to a seed for the phases of a test."""
-
 SETTLING_PERIODS = 4
 """Periods of the test's multisine that a model repeats before the one that is judged."""
 
@@ -96,21 +93,6 @@ def multisine_test(seed: int) -> BenchmarkRecord:
     """One period in steady state, without noise."""
     record = _multisine_record(seed, PERIODS)
     return BenchmarkRecord(record.force_n[-PERIOD:], record.displacement_m[-PERIOD:])
-
-
-def continuous_record(seed: int) -> BenchmarkRecord:
-    """A period to identify from, then two of the test's multisine, the last of them to be judged.
-
-    From rest; noise on the first period alone. For models that go through a record once.
-    """
-    refinement = math.prod(FINE_STAGES)
-    test = multisine(OTHER_PHASES + seed, refinement)
-    # The last period is where the filter ends.
-    record = _sample(np.concatenate([multisine(seed, refinement), test, test, test]))
-    displacement_m = record.displacement_m[: 3 * PERIOD]
-    noise = _normal(random_stream.stream(seed, NOISE_PURPOSE), PERIOD)
-    displacement_m[:PERIOD] += NOISE_M_RMS * noise
-    return BenchmarkRecord(record.force_n[: 3 * PERIOD], displacement_m)
 
 
 def sweep_test() -> BenchmarkRecord:
