@@ -140,6 +140,8 @@ class InputModule(NamedTuple):
     """Digital inputs: saturation, heart rate and airway pressure are measured now; -1 without."""
     regulator: Analogue
     """Analogue output: set point of the vacuum regulator, mmHg."""
+    most_vacuum_mmhg: Annotated[float, Gt(0), Le(200)]
+    """Highest set point that is sent."""
     pump_bit: Annotated[int, Ge(0), Le(7)]
     """Digital output: the pump runs."""
 
@@ -161,6 +163,8 @@ class Device(NamedTuple):
     """A machine on a bus."""
 
     name: Annotated[str, Len(1, 60)]
+    in_silico: bool
+    """Its nodes are emulated: nothing moves but numbers."""
     bus: Bus
     host_node: NodeNumber
     """Our own number on the bus, which heartbeats name."""

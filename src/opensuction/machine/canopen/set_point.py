@@ -1,0 +1,125 @@
+"""Set points of a cycle: the frames that carry a controller's message to the nodes.
+
+A drive that is not in operation, or not operational on the bus, is sent where it stands, so that it
+does not jump when it comes into operation; one that is, is never sent further in a cycle than its
+own limit of speed allows.
+"""
+
+import math
+from typing import Final, NamedTuple
+
+from opensuction.kernel.interface import DriveMessage
+from opensuction.machine.canopen import device as units
+from opensuction.machine.canopen import power_state, process_image
+from opensuction.machine.canopen.device import Device, DriveAxis
+from opensuction.machine.canopen.frame_bus import CanFrame
+from opensuction.machine.canopen.objects import (
+    AXIS_TARGET,
+    CONDITION_BITS,
+    FLAG_SHIFT,
+    HEARTBEAT_ID,
+    MODULE_ANNUNCIATOR,
+    MODULE_OUTPUTS,
+    SYNC_ID,
+    AnnunciatorFlag,
+    rpdo_id,
+)
+from opensuction.machine.canopen.power_state import ENABLE_OPERATION, PowerControl, PowerState
+from opensuction.machine.canopen.process_image import INSERTION, MODULE, VALVE, ProcessImage
+
+HOLD_S: Final = 0.012
+"""[design] So long a control word stands: two within a millisecond are one for many drives."""
+SYNC: Final = CanFrame(SYNC_ID, b"")
+HERE: Final = process_image.NmtState.OPERATIONAL.to_bytes(1, "little")
+"""Heartbeat of the controller."""
+_CONDITIONS: Final = (1 << CONDITION_BITS) - 1
+
+
+class AxisControl(NamedTuple):
+    """Memory of the controller's end of a drive."""
+
+    power: PowerControl
+    target: float
+    """Position that was sent last, mm or rad; NaN: none."""
+
+
+AT_START: Final = AxisControl(power_state.AT_START, math.nan)
+Axes = tuple[AxisControl, AxisControl]
+
+
+def set_points(
+    device: Device, image: ProcessImage, axes: Axes, message: DriveMessage, now_s: float
+) -> tuple[list[CanFrame], Axes]:
+    """Frames of a cycle without heartbeat and SYNC, and what is remembered of both drives.
+
+    A node that is not operational gets none: it would take none.
+    """
+    commands = message.commands
+    wanted = (commands.insertion_on, commands.valve_on)
+    positions = (commands.head_mm, commands.cam_rad)
+    frames: list[CanFrame] = []
+    after = list(axes)
+    for place, axis in ((INSERTION, device.insertion), (VALVE, device.valve)):
+        if not process_image.is_obeying(device, image, place, now_s):
+            after[place] = AT_START
+            continue
+        control = _step_axis(
+            device, axis, image, place, axes[place], (wanted[place], positions[place]), message
+        )
+        after[place] = control
+        counts = units.counts_of(axis, control.target)
+        data = AXIS_TARGET.pack(control.power.word, counts)
+        frames.append(CanFrame(rpdo_id(axis.node, 1), data))
+    if process_image.is_obeying(device, image, MODULE, now_s):
+        frames += _outputs(device, message)
+    return frames, (after[0], after[1])
+
+
+def _step_axis(
+    device: Device,
+    axis: DriveAxis,
+    image: ProcessImage,
+    place: int,
+    control: AxisControl,
+    asked: tuple[bool, float],
+    message: DriveMessage,
+) -> AxisControl:
+    """Control word and target of a drive in the next cycle. asked: torque on, and position."""
+    wanted, position = asked
+    state = process_image.state_of(image, place)
+    power = power_state.step_control(
+        control.power,
+        state,
+        wanted=wanted and not message.released,
+        reset=message.released,
+        hold_cycles=math.ceil(HOLD_S / device.bus.period_s),
+    )
+    here = units.position_of(axis, image.axes[place].counts)
+    follows = state == PowerState.OPERATION_ENABLED and power.word == ENABLE_OPERATION
+    if not follows or math.isnan(control.target):
+        return AxisControl(power, here)
+    step = axis.most_per_s * device.bus.period_s
+    target = min(max(position, control.target - step), control.target + step)
+    return AxisControl(power, min(max(target, axis.lowest), axis.highest))
+
+
+def _outputs(device: Device, message: DriveMessage) -> list[CanFrame]:
+    """Frames of the module: valves, pump, and what people are told."""
+    module, commands = device.module, message.commands
+    vacuum_mmhg = min(max(commands.vacuum_mmhg, 0.0), module.most_vacuum_mmhg)
+    analogue = [0, 0]
+    analogue[module.regulator.channel - 1] = units.output_of(module.regulator, vacuum_mmhg)
+    pump = int(bool(commands.pump_on)) << module.pump_bit
+    flags = (AnnunciatorFlag.RESET if message.reset else 0) | (
+        AnnunciatorFlag.RELEASED if message.released else 0
+    )
+    told = (message.wanted & _CONDITIONS) | flags << FLAG_SHIFT
+    return [
+        CanFrame(rpdo_id(module.node, 1), MODULE_OUTPUTS.pack(pump, *analogue)),
+        CanFrame(rpdo_id(module.node, 2), MODULE_ANNUNCIATOR.pack(told)),
+    ]
+
+
+def heartbeat(device: Device) -> CanFrame:
+    """The controller's own sign of life."""
+    return CanFrame(HEARTBEAT_ID + device.host_node, HERE)

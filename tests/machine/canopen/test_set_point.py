@@ -1,0 +1,158 @@
+"""A controller's message as frames to the nodes."""
+
+import math
+from itertools import pairwise
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.interface import Commands, DriveMessage
+from opensuction.kernel.record import make_zero
+from opensuction.machine.canopen import device as units
+from opensuction.machine.canopen import power_state, process_image, set_point
+from opensuction.machine.canopen.frame_bus import CanFrame
+from opensuction.machine.canopen.objects import (
+    AXIS_TARGET,
+    MODULE_ANNUNCIATOR,
+    MODULE_OUTPUTS,
+    rpdo_id,
+)
+from opensuction.machine.canopen.power_state import ENABLE_OPERATION, PowerState
+from opensuction.machine.canopen.process_image import EMPTY, ProcessImage
+from opensuction.machine.canopen.set_point import AT_START, Axes, AxisControl
+from tests.machine.canopen.node_frames import DEVICE, axis_frames, beat, sound_cycle
+
+ENABLED = PowerState.OPERATION_ENABLED
+IN_OPERATION = power_state.PowerControl(ENABLE_OPERATION, 5, was_enabled=True, lost=False)
+INSERTION = DEVICE.nodes[0]
+
+
+def image_of(*frames: CanFrame) -> ProcessImage:
+    image = EMPTY
+    for frame in frames:
+        image = process_image.take(DEVICE, image, frame, 0.0)
+    return image
+
+
+def message(released: bool = False, reset: bool = False, **commands: Any) -> DriveMessage:
+    return make_zero(
+        DriveMessage,
+        commands=make_zero(Commands, insertion_on=True, valve_on=True)._replace(**commands),
+        released=released,
+        reset=reset,
+        wanted=5,
+    )
+
+
+def send(image: ProcessImage, axes: Axes, sent: DriveMessage) -> tuple[dict[int, bytes], Axes]:
+    frames, after = set_point.set_points(DEVICE, image, axes, sent, 0.0)
+    assert len({one.can_id for one in frames}) == len(frames)
+    return {one.can_id: one.data for one in frames}, after
+
+
+def target(frames: dict[int, bytes]) -> tuple[int, float]:
+    """Control word and position of the insertion drive."""
+    word, counts = AXIS_TARGET.unpack(frames[rpdo_id(INSERTION, 1)])
+    return word, units.position_of(DEVICE.insertion, counts)
+
+
+def test_nothing_is_asked_of_a_node_before_it_is_operational() -> None:
+    """Its control words would be ignored, and be thought to have been given."""
+    axes: Axes = (AT_START, AT_START)
+    for state in (b"\0", b"\x7f", b"\4"):
+        image = image_of(*sound_cycle(state=PowerState.SWITCH_ON_DISABLED), beat(0, state))
+        frames, axes = send(image, axes, message())
+        assert rpdo_id(INSERTION, 1) not in frames
+        assert axes[0] == AT_START
+        assert len(frames) == 3
+    assert not send(EMPTY, axes, message())[0]
+
+
+def test_a_drive_out_of_operation_is_sent_where_it_stands() -> None:
+    image = image_of(*sound_cycle(120.0, PowerState.SWITCHED_ON))
+    word, head_mm = target(send(image, (AT_START, AT_START), message(head_mm=10.0))[0])
+    assert (word, head_mm) == (0, 120.0)
+
+
+def test_a_drive_that_comes_into_operation_moves_no_faster_than_its_limit() -> None:
+    axes = (AxisControl(IN_OPERATION, 120.0), AT_START)
+    step_mm = DEVICE.insertion.most_per_s * DEVICE.bus.period_s
+    image = image_of(*sound_cycle(120.0, ENABLED))
+    for cycle in range(1, 4):
+        frames, axes = send(image, axes, message(head_mm=10.0))
+        word, head_mm = target(frames)
+        assert word == ENABLE_OPERATION
+        assert abs(head_mm - (120.0 - cycle * step_mm)) < 0.01
+
+
+@given(st.floats(-1e6, 1e6), st.floats(-60.0, 450.0))
+def test_no_target_is_beyond_the_axis_range_or_its_speed(wanted_mm: float, at_mm: float) -> None:
+    image = image_of(*sound_cycle(at_mm, ENABLED))
+    frames, after = send(
+        image, (AxisControl(IN_OPERATION, at_mm), AT_START), message(head_mm=wanted_mm)
+    )
+    axis, head_mm = DEVICE.insertion, target(frames)[1]
+    assert axis.lowest <= head_mm <= axis.highest
+    step_mm = axis.most_per_s * DEVICE.bus.period_s
+    assert abs(after[0].target - at_mm) <= step_mm + 1e-9
+    assert abs(head_mm - after[0].target) <= 0.51 / axis.counts_per_unit
+
+
+def test_torque_off_goes_out_with_the_next_frame() -> None:
+    image = image_of(*sound_cycle(state=ENABLED))
+    axes = (AxisControl(IN_OPERATION, 0.0), AxisControl(IN_OPERATION, 0.0))
+    frames, _ = send(image, axes, message(insertion_on=False, valve_on=False))
+    assert target(frames)[0] == power_state.DISABLE_VOLTAGE
+
+
+def test_a_quick_stop_that_passes_between_two_frames_is_noticed_by_what_is_left() -> None:
+    """Operation, then switch-on disabled: the state between was in no frame."""
+    axes: Axes = (AxisControl(IN_OPERATION, 0.0), AxisControl(IN_OPERATION, 0.0))
+    after = image_of(*sound_cycle(state=ENABLED), *axis_frames(0))
+    frames, axes = send(after, axes, message())
+    assert axes[0].power.lost
+    assert target(frames)[0] == power_state.DISABLE_VOLTAGE
+    for _ in range(50):  # it does not come back by itself
+        frames, axes = send(after, axes, message())
+        assert target(frames)[0] == power_state.DISABLE_VOLTAGE
+
+
+def test_a_fault_is_reset_by_an_edge_and_by_a_controller_that_starts_alone() -> None:
+    image = image_of(*sound_cycle(state=PowerState.FAULT))
+    axes: Axes = (AT_START, AT_START)
+    for _ in range(20):
+        frames, axes = send(image, axes, message(reset=True))  # a person's button
+        assert not target(frames)[0] & power_state.FAULT_RESET
+    words = []
+    for _ in range(40):
+        frames, axes = send(image, axes, message(released=True))
+        words.append(target(frames)[0])
+    high = [bool(word & power_state.FAULT_RESET) for word in words]
+    assert sum(b and not a for a, b in pairwise(high)) >= 3
+    runs = "".join("01"[one] for one in high).strip("01"[high[-1]])
+    held = math.ceil(set_point.HOLD_S / DEVICE.bus.period_s)
+    assert all(len(run) >= held for run in runs.split("0") if run)
+
+
+def test_a_controller_that_has_just_started_moves_nothing() -> None:
+    image = image_of(*sound_cycle(30.0, ENABLED))
+    axes: Axes = (AT_START, AT_START)
+    for _ in range(10):
+        frames, axes = send(image, axes, message(released=True, head_mm=99.0))
+        assert target(frames) == (power_state.DISABLE_VOLTAGE, 30.0)
+
+
+def test_outputs_are_within_what_the_device_file_allows() -> None:
+    image, node = image_of(*sound_cycle()), DEVICE.nodes[2]
+    for asked, given_mmhg in ((120.0, 120.0), (1e9, 150.0), (-5.0, 0.0)):
+        frames, _ = send(image, (AT_START, AT_START), message(vacuum_mmhg=asked, pump_on=True))
+        pump, vacuum, other = MODULE_OUTPUTS.unpack(frames[rpdo_id(node, 1)])
+        assert (pump, other) == (1 << DEVICE.module.pump_bit, 0)
+        assert vacuum == given_mmhg * DEVICE.module.regulator.counts_per_unit
+
+
+def test_people_are_told_by_the_module() -> None:
+    frames, _ = send(image_of(*sound_cycle()), (AT_START, AT_START), message(True, True))
+    (told,) = MODULE_ANNUNCIATOR.unpack(frames[rpdo_id(DEVICE.nodes[2], 2)])
+    assert told == 5 | 3 << 56
