@@ -12,6 +12,8 @@ from opensuction.kernel.interface import Requests as Requests
 from opensuction.library.columns import read as read
 from opensuction.library.fit import Fit as Fit
 from opensuction.library.fit import load as load
+from opensuction.library.leaderboard import Leaderboard as Leaderboard
+from opensuction.library.leaderboard import leaderboard as leaderboard
 from opensuction.library.run import Run as Run
 from opensuction.library.run import cycle as cycle
 from opensuction.library.trial_run import TrialRun as TrialRun

@@ -37,11 +37,11 @@ def test_a_table_in_json_and_markdown(tmp_path: Path, monkeypatch: pytest.Monkey
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--data-set", "wall"), "no --data folder was named"),
+        (("--data-set", "wall"), "no folder of data was named"),
         (("--data", "none"), "--data none: no such folder"),
         (("--data", ".", "--model", "dah"), "unknown model 'dah'"),
         (("--data", ".", "--data-set", "wal"), "unknown data set 'wal'"),
-        (("--data", ".", "--data-set", "wall"), "none of 1 data sets can be used"),
+        (("--data", ".", "--data-set", "wall"), "none of 1 data sets can be used, see --data"),
     ],
 )
 def test_bad_input_is_one_line(arguments: tuple[str, ...], expected: str, tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ def find(data_set: DataSet, folder: Path | None) -> Found:
     if data_set.generate is not None:
         return Found(data_set, GENERATED, data_set.source, cut(data_set, data_set.generate()))
     if folder is None:
-        return _miss(data_set, "no --data folder was named")
+        return _miss(data_set, "no folder of data was named")
     if not folder.is_dir():
         raise InputError(f"--data {folder}: no such folder; name the one that the files lie in")
     candidates = [folder / data_set.file, *sorted(folder.glob(f"*/{data_set.file}"))]

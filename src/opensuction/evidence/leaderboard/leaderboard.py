@@ -265,7 +265,9 @@ def run(
     usable = [one.samples for one in found if one.samples is not None]
     if not usable:
         first = found[0].note if found else "none was named"
-        raise InputError(f"none of {len(found)} data sets can be used; the first: {first}")
+        raise InputError(
+            f"none of {len(found)} data sets can be used, see --data; the first: {first}"
+        )
     pairs = [[one for one in contenders if one.takes(samples)] for samples in usable]
     total, done = sum(map(len, pairs)), 0
     entries: list[Entry] = []
