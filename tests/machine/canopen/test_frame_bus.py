@@ -13,7 +13,13 @@ from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import frame_bus
 from opensuction.machine.canopen.device import Bus
-from opensuction.machine.canopen.frame_bus import CanFrame, DatagramBus, FrameBus, open_bus
+from opensuction.machine.canopen.frame_bus import (
+    CanFrame,
+    DatagramBus,
+    FrameBus,
+    PythonCanBus,
+    open_bus,
+)
 
 UNIX = Bus(frame_bus.UNIX, "bus", 0, 0.004)
 FRAMES = st.lists(st.builds(CanFrame, st.integers(0, 0x7FF), st.binary(max_size=8)))
@@ -89,3 +95,16 @@ def test_python_can_carries_the_same_frames() -> None:
         assert list(drives.receive()) == sent
     host.close()
     drives.close()
+
+
+def test_an_interface_that_gives_only_errors_ends_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = PythonCanBus(Bus("virtual", "down", 0, 0.004))
+
+    def fail(timeout: float | None = None) -> None:
+        raise can.CanOperationError(f"the network is down ({timeout})")
+
+    monkeypatch.setattr(bus._bus, "recv", fail)
+    try:
+        assert list(bus.receive()) == []
+    finally:
+        bus.close()

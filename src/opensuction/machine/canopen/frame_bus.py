@@ -127,6 +127,9 @@ class DatagramBus:
         self._others = [self._address(name) for name in names if name != self._name]
 
 
+_MOST_REFUSED: Final = 16
+"""Errors in one look after which nothing more is taken in it: an interface that is down gives one at
+every call, and the loop's tick would never end."""
 _DEFAULTS: Final[dict[str, dict[str, Any]]] = {
     "udp_multicast": {"hop_limit": 0, "fd": False},  # it never leaves this computer
 }
@@ -164,10 +167,12 @@ class PythonCanBus:
 
     def receive(self) -> Iterable[CanFrame]:
         """See `FrameBus.receive`."""
-        while True:
+        refused = 0
+        while refused < _MOST_REFUSED:
             try:
                 message = self._bus.recv(timeout=0.0)
             except self._can.CanError:  # no frame, but another one may be behind it
+                refused += 1
                 continue
             if message is None:
                 return
