@@ -128,8 +128,9 @@ class DatagramBus:
 
 
 _MOST_REFUSED: Final = 16
-"""Errors in one look after which nothing more is taken in it: an interface that is down gives one at
-every call, and the loop's tick would never end."""
+"""Errors after which one look ends: an interface that is down gives one at every call, and the
+loop's tick would never end."""
+
 _DEFAULTS: Final[dict[str, dict[str, Any]]] = {
     "udp_multicast": {"hop_limit": 0, "fd": False},  # it never leaves this computer
 }
