@@ -16,6 +16,7 @@ from opensuction.report.identification import identification_words as words
 from opensuction.session.choice import RecordingChoice
 from opensuction.session.identification import identification_run as run
 from opensuction.session.identification.identification_summary import summarise_fit
+from tests.recording.test_workbook import write as write_workbook
 
 HEAD = 50.0 - 50.0 * np.cos(np.linspace(0.0, 20.0, 200))
 
@@ -129,3 +130,13 @@ def test_what_is_not_determined_gives_no_gap(
     assert result.fit.determined is ("Not determined" not in said and "mean nothing" not in said)
     assert result.fit.determined is False or "Uncertain" in said
     assert "apart" not in " ".join(words.sentences(result))
+
+
+def test_the_sheet_of_a_workbook_is_the_one_that_was_named(tmp_path: Path) -> None:
+    rows: list[list[Any]] = [["head_mm", "tip_mm"], *([at, 0.9 * at] for at in HEAD.tolist())]
+    twice = [rows[0], *([at, 0.5 * at] for at in HEAD.tolist())]
+    file = write_workbook(tmp_path / "bench.xlsx", Slow=rows, Fast=twice)
+    loaded = run.load(choose(file, sheet="Fast"), "dahl", None)
+    assert loaded.pair.answer == pytest.approx(0.5 * HEAD, rel=1e-12)
+    with pytest.raises(InputError, match="name one by --sheet: 'Slow', 'Fast'"):
+        run.load(choose(file), "dahl", None)
