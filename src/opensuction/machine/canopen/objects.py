@@ -57,8 +57,12 @@ class Communication(IntEnum):
 
 
 class Axis(IntEnum):
-    """Objects of CiA 402."""
+    """Objects of CiA 402, and two of the manufacturer's."""
 
+    STOP_UP = 0x2300
+    """Mask of digital inputs that forbid motion towards higher counts, whether a host lives."""
+    STOP_DOWN = 0x2301
+    """Likewise towards lower counts."""
     ABORT_CONNECTION = 0x6007
     ERROR_CODE = 0x603F
     CONTROL_WORD = 0x6040
@@ -76,8 +80,12 @@ class Axis(IntEnum):
     RATED_TORQUE_MNM = 0x6076
     TORQUE = 0x6077
     TARGET_POSITION = 0x607A
+    HOME_OFFSET = 0x607C
     POSITION_LIMIT = 0x607D
     MAX_SPEED = 0x6080
+    """Of the motor, turns each minute."""
+    QUICK_STOP_DECELERATION = 0x6085
+    """In counts/s2."""
     HOMING_METHOD = 0x6098
     INTERPOLATION_PERIOD = 0x60C2
     DIGITAL_INPUTS = 0x60FD
@@ -92,11 +100,16 @@ class Module(IntEnum):
     OUTPUT_ERROR_MODE = 0x6206
     OUTPUT_ERROR_VALUE = 0x6207
     ANALOGUE_INPUT = 0x6401
+    """`NO_VALUE` where a sensor tells nothing."""
     ANALOGUE_OUTPUT = 0x6411
     ANALOGUE_ERROR_MODE = 0x6443
     ANALOGUE_ERROR_VALUE = 0x6444
     ANNUNCIATOR = 0x2100
     """Conditions shown at the bedside, and the flags of `AnnunciatorFlag`."""
+
+
+NO_VALUE: Final = -0x8000
+"""Counts of an analogue input whose sensor tells nothing: its line is open."""
 
 
 class Mode(IntEnum):

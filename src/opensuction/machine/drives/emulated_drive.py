@@ -1,0 +1,336 @@
+"""Drive of CiA 402, emulated: power states, cyclic modes, its own stops and its reactions.
+
+It is given what it measures once in a tick, and gives the volts of its motor. It looks at its
+control word once in a tick, too: of two that come within one, the first is never seen. The optional
+transition 16 (back from quick stop) it does not have.
+"""
+
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from canopen.sdo.exceptions import SdoAbortedError
+
+from opensuction.control import servo as servo_step
+from opensuction.control.servo import Servo, ServoState
+from opensuction.host.host import Clock
+from opensuction.kernel.compiled import as_python
+from opensuction.machine.canopen import device, power_state
+from opensuction.machine.canopen.device import DriveAxis
+from opensuction.machine.canopen.objects import AbortConnection, Axis, Mode
+from opensuction.machine.canopen.power_state import POWERED_UP, PowerState
+from opensuction.machine.drives import interpolation, pdo
+from opensuction.machine.drives.emulated_node import HOST_LOST, EmulatedNode, Nmt
+from opensuction.machine.drives.interpolation import Bounds, SetPoint
+from opensuction.machine.drives.pdo import Key
+
+EDS: Final = Path(__file__).with_name("axis.eds")
+DT_S: Final = 0.001
+"""Length of a drive's tick."""
+SPEED_TICKS: Final = 10
+"""Time constant of the speed that a drive knows of its own encoder."""
+ENCODER_LOST, FOLLOWING, INTERNAL = 0x7305, 0x8611, 0x6100
+"""Error codes of CiA 402: incremental encoder, following error, internal software."""
+_MOTION, _CURRENT = 0x20, 0x02
+"""Bits of the error register."""
+_MODES: Final = (Mode.NONE, Mode.HOMING, Mode.CYCLIC_POSITION, Mode.CYCLIC_TORQUE)
+_HOMES_HERE: Final = (35, 37)
+"""Homing methods: where the axis stands."""
+_START_HOMING, _HOMED = 1 << 4, 0x1400
+_DISABLES, _BRAKES, _STAYS = 0, 2, 6
+"""Option codes of quick stop and fault reaction: torque off at once; a ramp, then off; a ramp, and
+it stays there."""
+_SERVO = as_python(servo_step.step)
+_AT_REST: Final = ServoState(0.0, 0.0)
+
+
+class Motor(NamedTuple):
+    """Motor of an axis, as its drive was told."""
+
+    speed_per_v: float
+    """Unit/s for each volt."""
+    rated_v: float
+    """Volts that drive the rated current at standstill."""
+
+
+class Seen(NamedTuple):
+    """Inputs of a drive in a tick."""
+
+    position: float
+    """By its encoder, mm or rad."""
+    is_valid: bool
+    drive_v: float | None
+    """Volts that drive current, where the current is measured."""
+    inputs: int
+    """Digital inputs, as the object 0x60FD holds them."""
+
+
+class Order(NamedTuple):
+    """Outputs of a drive in a tick."""
+
+    position: float
+    """Set point."""
+    volts: float
+    is_on: bool
+
+
+class EmulatedDrive(EmulatedNode):
+    """One axis on the bus."""
+
+    def __init__(self, axis: DriveAxis, servo: Servo, motor: Motor, clock: Clock) -> None:
+        self.axis, self._servo, self._motor = axis, servo, motor
+        self._scale = axis.counts_per_unit
+        self.power = POWERED_UP
+        self.withdraws = False
+        """A program stored in the machine moves the axis home; only a fault's reset ends it."""
+        self.was_reset = False
+        """A fault has been reset in this tick."""
+        self.stops: tuple[int, int] = (0, 0)
+        """Digital inputs that forbid motion towards higher and towards lower counts from the start
+        on."""
+        self._set_point: SetPoint = interpolation.hold(0.0)
+        self._servo_state = _AT_REST
+        self._seen = Seen(0.0, is_valid=True, drive_v=None, inputs=0)
+        self._speed = self._volts = 0.0
+        self._has_target = self._is_homed = False
+        self._barrier = interpolation.OPEN
+        self._shift = 0
+        super().__init__(axis.node, EDS, clock)
+
+    # What the node tells its profile.
+
+    def on_boot(self) -> None:
+        """See `EmulatedNode.on_boot`. A stored program goes on."""
+        self.values[Axis.STOP_UP, 0], self.values[Axis.STOP_DOWN, 0] = self.stops
+        self.power = POWERED_UP
+        self._is_homed, self._has_target, self._shift = False, False, 0
+        if self.withdraws:
+            self.power = POWERED_UP._replace(state=PowerState.FAULT)
+            self.values[Axis.ERROR_CODE, 0] = HOST_LOST
+        self._show()
+        self._show_status()
+
+    def on_set_points(self) -> None:
+        """See `EmulatedNode.on_set_points`: outside operation they are ignored."""
+        self._has_target = self.power.state == PowerState.OPERATION_ENABLED
+        if self._has_target:
+            counts = self.values[Axis.TARGET_POSITION, 0] - self._shift
+            low, high = (self.values[Axis.POSITION_LIMIT, k] for k in (1, 2))
+            goal = device.position_of(self.axis, min(max(counts, low), high))
+            self._set_point = interpolation.aim(self._set_point, goal, self._period_ticks())
+
+    def on_lost_host(self) -> None:
+        """See `EmulatedNode.on_lost_host`: what the object 0x6007 says."""
+        reaction = self.values[Axis.ABORT_CONNECTION, 0]
+        enabled = self.power.state == PowerState.OPERATION_ENABLED
+        if reaction == AbortConnection.WITHDRAW:
+            self.withdraws = True
+            self.values[Axis.ERROR_CODE, 0] = HOST_LOST
+            self.power = self.power._replace(state=PowerState.FAULT)
+        elif not enabled:
+            return
+        elif reaction == AbortConnection.FAULT:
+            self.values[Axis.ERROR_CODE, 0] = HOST_LOST
+            self.power = power_state.fail_drive(self.power)
+        elif reaction == AbortConnection.QUICK_STOP:
+            self.power = self.power._replace(state=PowerState.QUICK_STOP_ACTIVE)
+        elif reaction == AbortConnection.DISABLE_VOLTAGE:
+            self.power = self.power._replace(state=PowerState.SWITCH_ON_DISABLED)
+
+    def check_write(self, key: Key, value: int) -> None:
+        """See `EmulatedNode.check_write`."""
+        if key == (Axis.HOMING_METHOD, 0) and value not in _HOMES_HERE:
+            raise SdoAbortedError(pdo.WRONG_VALUE)
+        if key == (Axis.MODE, 0) and value not in _MODES:
+            raise SdoAbortedError(pdo.WRONG_VALUE)
+
+    def _period_ticks(self) -> int:
+        value, exponent = (self.values[Axis.INTERPOLATION_PERIOD, k] for k in (1, 2))
+        return round(value * 10.0**exponent / DT_S)
+
+    # A tick.
+
+    def measure(self, seen: Seen) -> None:
+        """Take what it measures, at the end of a tick: the next SYNC is answered with it."""
+        moved = (seen.position - self._seen.position) / DT_S
+        self._speed += (moved - self._speed) / SPEED_TICKS
+        self._seen = seen
+        self._show()
+
+    def tick(self) -> Order:
+        """The drive a tick on."""
+        self._obey()
+        self._check()
+        self._move()
+        order = self._drive()
+        self._show_status()
+        return order
+
+    def fail(self, code: int, bits: int = 0) -> None:
+        """A fault has been found."""
+        if self.power.state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
+            return
+        self.values[Axis.ERROR_CODE, 0] = code
+        self.power = power_state.fail_drive(self.power)
+        self.emergency(code, bits)
+
+    def _obey(self) -> None:
+        """Follow the control word, and end what goes on by itself."""
+        before = self.power.state
+        self.was_reset = False
+        if before == PowerState.FAULT_REACTION_ACTIVE and self._has_stopped(Axis.FAULT_REACTION):
+            self.power = power_state.end_reaction(self.power)
+        if before == PowerState.QUICK_STOP_ACTIVE and self._has_stopped(Axis.QUICK_STOP):
+            self.power = self.power._replace(state=PowerState.SWITCH_ON_DISABLED)
+        self.power = power_state.step_drive(self.power, self.values[Axis.CONTROL_WORD, 0])
+        after = self.power.state
+        if before == PowerState.FAULT and after != before:
+            self.was_reset, self.withdraws = True, False
+            self.values[Axis.ERROR_CODE, 0] = 0
+            self.end_emergency()
+        if after == PowerState.OPERATION_ENABLED and before != after:
+            self._set_point = interpolation.hold(self._seen.position)
+            self._servo_state, self._has_target = _AT_REST, False
+        if self.values[Axis.MODE, 0] in _MODES:
+            self.values[Axis.MODE_SHOWN, 0] = self.values[Axis.MODE, 0]
+
+    def _has_stopped(self, option: Axis) -> bool:
+        """True once a reaction is over that does not stay."""
+        code = self.values[option, 0]
+        return code == _DISABLES or (code != _STAYS and self._set_point.velocity == 0.0)
+
+    def _check(self) -> None:
+        """Find the drive's own faults."""
+        if not self._seen.is_valid:
+            self.fail(ENCODER_LOST, _MOTION)
+        apart = abs(self._set_point.position - self._seen.position)
+        window = self.values[Axis.FOLLOWING_ERROR_WINDOW, 0]
+        follows = self.power.state == PowerState.OPERATION_ENABLED and self._mode != (
+            Mode.CYCLIC_TORQUE
+        )
+        if follows and apart * abs(self._scale) > window:
+            self.fail(FOLLOWING, _MOTION)
+
+    @property
+    def _mode(self) -> int:
+        return self.values[Axis.MODE_SHOWN, 0]
+
+    @property
+    def has_torque(self) -> bool:
+        """True while the power stage drives the motor."""
+        state = self.power.state
+        if state == PowerState.FAULT_REACTION_ACTIVE:
+            return self.values[Axis.FAULT_REACTION, 0] != _DISABLES and self._seen.is_valid
+        return state in (PowerState.OPERATION_ENABLED, PowerState.QUICK_STOP_ACTIVE)
+
+    def _move(self) -> None:
+        """The set point a tick on."""
+        state = self.power.state
+        if state == PowerState.OPERATION_ENABLED:
+            if self._mode == Mode.HOMING:
+                self._home()
+            if self._mode == Mode.CYCLIC_TORQUE:
+                self._set_point = interpolation.hold(self._seen.position)
+            self._set_point = interpolation.follow(self._set_point, self._bounds(), DT_S)
+        elif self.has_torque:
+            decelerates = self.values[Axis.QUICK_STOP_DECELERATION, 0]
+            per_s2 = decelerates / abs(self._scale)
+            self._set_point = interpolation.brake(self._set_point, per_s2, DT_S)
+        else:
+            self._set_point = interpolation.hold(self._seen.position)
+
+    def _stopped_ways(self) -> tuple[bool, bool]:
+        """True where inputs forbid motion to lower and to higher positions, in the axis' unit."""
+        up, down = (
+            bool(self._seen.inputs & self.values[one, 0]) for one in (Axis.STOP_UP, Axis.STOP_DOWN)
+        )
+        return (up, down) if self._scale < 0 else (down, up)
+
+    def _bounds(self) -> Bounds:
+        """Bounds of the set point; an input that stops has the position at which it closed."""
+        axis, (lower, upper) = self.axis, self._stopped_ways()
+        self._barrier = interpolation.close(self._barrier, self._seen.position, lower, upper)
+        bounds = Bounds(axis.lowest, axis.highest, self._most_per_s())
+        return interpolation.within(bounds, self._barrier)
+
+    def _most_per_s(self) -> float:
+        encoder = self.axis.encoder
+        turns_per_s = self.values[Axis.MAX_SPEED, 0] / 60.0
+        return turns_per_s / encoder.gear_ratio * encoder.travel_per_turn
+
+    def _home(self) -> None:
+        """Homing where the axis stands: from now on its position is the home offset."""
+        if self.values[Axis.CONTROL_WORD, 0] & _START_HOMING and not self._is_homed:
+            here = device.wrap(self.values[Axis.HOME_OFFSET, 0] - self._counts())
+            self._shift, self._is_homed = here, True
+
+    def _counts(self) -> int:
+        """Counts of the encoder before homing."""
+        travelled = round(self._seen.position * self._scale)
+        return device.wrap(self.axis.zero_counts + travelled)
+
+    def _drive(self) -> Order:
+        """Volts of the motor."""
+        back_emf_v = self._speed / self._motor.speed_per_v
+        most_v = self.values[Axis.MAX_TORQUE, 0] / 1000.0 * self._motor.rated_v
+        if not self.has_torque:
+            self._servo_state, self._volts = _AT_REST, 0.0
+            return Order(self._set_point.position, 0.0, is_on=False)
+        if self._mode == Mode.CYCLIC_TORQUE:
+            volts = self._torque_v() + back_emf_v
+        else:
+            state, volts = _SERVO(
+                self._servo,
+                self._servo_state,
+                self._set_point.position,
+                self._set_point.velocity,
+                self._seen.position,
+                DT_S,
+            )
+            self._servo_state = state
+        limit_v = self._servo.voltage_limit_v
+        volts = min(max(volts, back_emf_v - most_v), back_emf_v + most_v)
+        self._volts = min(max(volts, -limit_v), limit_v)
+        return Order(self._set_point.position, self._volts, is_on=True)
+
+    def _torque_v(self) -> float:
+        """Volts for the target torque; none while braking, before a target, or into a stop."""
+        braking = self.power.state != PowerState.OPERATION_ENABLED
+        if braking or not self._has_target:
+            return 0.0
+        sign = 1.0 if self._scale > 0.0 else -1.0
+        wanted_v = sign * self.values[Axis.TARGET_TORQUE, 0] / 1000.0 * self._motor.rated_v
+        lower, upper = self._stopped_ways()
+        if (lower and wanted_v < 0.0) or (upper and wanted_v > 0.0):
+            return 0.0
+        return wanted_v
+
+    # What the host sees.
+
+    def _show(self) -> None:
+        values, scale = self.values, self._scale
+        values[Axis.POSITION, 0] = device.wrap(self._counts() + self._shift)
+        values[Axis.VELOCITY, 0] = device.wrap(round(self._speed * scale))
+        values[Axis.DIGITAL_INPUTS, 0] = self._seen.inputs
+        drive_v = self._seen.drive_v
+        if drive_v is None:
+            drive_v = self._volts - self._speed / self._motor.speed_per_v if self._volts else 0.0
+        sign = 1.0 if scale > 0.0 else -1.0
+        ratio = round(1000.0 * sign * drive_v / self._motor.rated_v)
+        values[Axis.TORQUE, 0] = min(max(ratio, -0x8000), 0x7FFF)
+
+    def _show_status(self) -> None:
+        status = power_state.write_status(self.power.state, self._flags())
+        self.values[Axis.STATUS_WORD, 0] = status
+
+    def _flags(self) -> int:
+        flags = power_state.REMOTE if self.nmt != Nmt.STOPPED else 0
+        if self.values[Axis.ERROR_CODE, 0] == FOLLOWING:
+            flags |= power_state.FOLLOWING_ERROR
+        if any(self._stopped_ways()):
+            flags |= power_state.INTERNAL_LIMIT
+        if self.power.state == PowerState.OPERATION_ENABLED:
+            if self._mode == Mode.HOMING:
+                flags |= _HOMED if self._is_homed else 0
+            elif self._mode != Mode.NONE:
+                flags |= power_state.FOLLOWS_TARGET
+        return flags
