@@ -235,6 +235,8 @@ class RingReader:
             kept = min(oldest + HASTE_ROWS, newest)
             missed, self.next = kept - self.next, kept
         wanted = newest - self.next + 1
+        if wanted == 0:  # as mostly for events: there is nothing to be looked up
+            return Read(np.empty((0, len(self.facts.columns))), self.next, 0)
         rows = np.empty((min(wanted, most or wanted), len(self.facts.columns)), np.uint64)
         count = slot.read_many(self.slots, np.uint64(self.next), rows)
         first, self.next = self.next, self.next + count

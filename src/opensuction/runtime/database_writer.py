@@ -53,6 +53,8 @@ class DatabaseWriter:
         self._records: Records | None = None
         self._cycle: str | None = None
         """The machine's cycle that has not ended."""
+        self._noted: Machine | None = None
+        """The machine that was seen to be on record last."""
         self._tasks: deque[Task] = deque()
         self._is_wanted = True
         self.stored = 0
@@ -206,7 +208,9 @@ class DatabaseWriter:
         elif isinstance(what, Alarm):
             records.add_alarm(machine, what, self._cycle, key, at)
         else:
-            records.note_machine(machine)
+            if machine != self._noted:
+                records.note_machine(machine)
+                self._noted = machine
             # What a supervisor did is said again by a recorder that begins anew, maybe later.
             cycle = None if what.done_by == SUPERVISOR else self._cycle
             own = what._replace(machine=machine.serial, cycle_id=cycle)

@@ -53,6 +53,16 @@ class Pair(NamedTuple):
     second: Activity
 
 
+class _Sides(NamedTuple):
+    """Both sides as the call takes them, as long as they have the same settings and rings."""
+
+    settings: Array
+    shown: RingReader
+    commands: RingReader
+    taken: tuple[LoopSide, MachineRow, RingEnds, RingEnds, RingEnds]
+    periods_ns: npt.NDArray[np.int64]
+
+
 class StretchedComputer(Protocol):
     """The computer, as far as a stretch of its time is played elsewhere."""
 
@@ -92,16 +102,17 @@ class PairedStretches:
         self.seen_phase: float | None = None
         """A stretch begins only in the phase that was seen last; None: in any."""
         self._play = TypedCall(paired_ticks.play, lambda loop, *_: loop.heads_mm is None)
+        self._sides: _Sides | None = None
         self._at_ns = np.empty(MOST, np.int64)
         self._who = np.empty(MOST, np.uint8)
 
     def take_loop(self, activity: Activity, loop: ControlLoop, pace: DeadlineScheduler) -> None:
         """Take note of a controller that begins to tick."""
-        self._loop = activity, loop, pace
+        self._loop, self._sides = (activity, loop, pace), None
 
     def take_twin(self, activity: Activity, playing: Playing) -> None:
         """Take note of the twin that begins to play."""
-        self._twin = activity, playing
+        self._twin, self._sides = (activity, playing), None
 
     def play(self, activity: Activity, ends_ns: int) -> bool:
         """Play a stretch that begins with a step of an activity now; false where there is none."""
@@ -153,8 +164,8 @@ class PairedStretches:
         assert self._twin is not None
         assert port.shown is not None
         of_loop, loop, loop_pace = self._loop
-        of_twin, (twin, listener, twin_pace) = self._twin
-        computer = self._computer
+        of_twin, (twin, _, twin_pace) = self._twin
+        computer, sides = self._computer, self._sides_of(port.shown, commands)
         clocks = np.zeros((2, CLOCK), np.int64)
         begins = {id(pair.first): computer.now_ns, id(pair.second): second_ns}
         both = ((LOOP, of_loop, loop_pace), (MACHINE, of_twin, twin_pace))
@@ -164,21 +175,10 @@ class PairedStretches:
             clocks[who] = pace.deadline_ns, pace.skipped, due_ns, busy_ns
         before = int(twin.ring.header[slot.NEWEST])
         count = self._play(
-            _side_of(loop),
-            MachineRow(
-                twin.call.side_row,
-                twin.call.memory,
-                twin.call.shown_row,
-                listener.heard,
-                twin_process.LOOK_TICKS,
-                twin_process.CAUGHT_UP,
-            ),
-            _ends(port.commands, commands),
-            _ends(twin.ring, port.shown),
-            _ends(loop.around.ring, None),
+            *sides.taken,
             Stretch(
                 clocks,
-                np.array([loop_pace.period_ns, twin_pace.period_ns]),
+                sides.periods_ns,
                 limit_ns,
                 _PHASE,
                 port.looks_ns,
@@ -196,13 +196,40 @@ class PairedStretches:
         computer.pass_by(self._at_ns[:count], pids)
         twin.faults.tick += int(twin.ring.header[slot.NEWEST]) - before
         port.number = int(loop.memory.counts[NUMBER])
-        for who, activity, pace in both:
-            clock = clocks[who]
-            pace.deadline_ns, pace.skipped = int(clock[DEADLINE]), int(clock[SKIPPED])
-            activity.process.busy_until_ns = int(clock[BUSY])
+        for (_, activity, pace), clock in zip(both, clocks.tolist(), strict=True):
+            pace.deadline_ns, pace.skipped = clock[DEADLINE], clock[SKIPPED]
+            activity.process.busy_until_ns = clock[BUSY]
             activity.due_ns = pace.due_ns
-            computer.queue_at(activity, int(clock[DUE]))
+            computer.queue_at(activity, clock[DUE])
         return True
+
+    def _sides_of(self, shown: RingReader, commands: RingReader) -> _Sides:
+        """Both sides; put together where one has got other settings or another ring."""
+        assert self._loop is not None
+        assert self._twin is not None
+        (_, loop, loop_pace), (twin, listener, twin_pace) = self._loop, self._twin[1]
+        known, settings, port = self._sides, loop.call.settings_row, loop.around.port
+        is_same = known is not None and known.settings is settings
+        if known is not None and is_same and known.shown is shown and known.commands is commands:
+            return known
+        assert isinstance(port, TwinMachine)
+        machine = MachineRow(
+            twin.call.side_row,
+            twin.call.memory,
+            twin.call.shown_row,
+            listener.heard,
+            twin_process.LOOK_TICKS,
+            twin_process.CAUGHT_UP,
+        )
+        rings = _ends(port.commands, commands), _ends(twin.ring, shown)
+        self._sides = _Sides(
+            settings,
+            shown,
+            commands,
+            (_side_of(loop), machine, *rings, _ends(loop.around.ring, None)),
+            np.array([loop_pace.period_ns, twin_pace.period_ns]),
+        )
+        return self._sides
 
 
 def _side_of(loop: ControlLoop) -> LoopSide:

@@ -146,7 +146,9 @@ class SimulatedComputer:
 
     def draw(self) -> float:
         """A random number from 0 to 1."""
-        number = float(self.draws()[0])
+        if self._used == BLOCK:
+            self._drawn, self._used = self._draw_block(), 0
+        number = float(self._drawn[self._used])
         self._used += 1
         return number
 
@@ -280,11 +282,12 @@ class SimulatedComputer:
         noted["at_ns"], noted["pid"] = at_ns, pids
         self._note(noted.tobytes())
         self._used += paired_ticks.DRAWS * len(at_ns)
-        self.now_ns = int(at_ns[-1])
-        for pid in set(pids.tolist()):
-            own_ns = at_ns[pids == pid]
-            for begun_ns in (own_ns[0], own_ns[-1]):
-                self.watch_passed(Step(int(begun_ns), pid, self.processes[pid].module))
+        begun_ns, whose = at_ns.tolist(), pids.tolist()
+        self.now_ns = begun_ns[-1]
+        for pid in set(whose):
+            module = self.processes[pid].module
+            self.watch_passed(Step(begun_ns[whose.index(pid)], pid, module))
+            self.watch_passed(Step(begun_ns[-1 - whose[::-1].index(pid)], pid, module))
 
     def take_second(self, pair: Pair) -> tuple[int, int] | None:
         """Instants at which the second of a pair begins its next step, and anybody else is due.
