@@ -63,7 +63,7 @@ def test_a_folder_with_nothing_in_it_is_refused_in_one_line(tmp_path: Path) -> N
 @pytest.mark.parametrize("named", ["robot", "", "twin; rm", "opensuction.machine.twin"])
 def test_an_unknown_kind_is_refused_with_those_that_are_known(named: str, tmp_path: Path) -> None:
     (tmp_path / BACKEND).write_text(named)
-    with pytest.raises(InputError, match=r"unknown kind of machine .*; known: twin$"):
+    with pytest.raises(InputError, match=r"unknown kind of machine .*; known: twin, canopen$"):
         machine_port.attach(tmp_path, THIS_COMPUTER)
 
 

@@ -83,6 +83,8 @@ class MachineFacts(NamedTuple):
     most: dict[str, float]
     """Highest magnitude of what it obeys, by the name of the command's column; more is cut."""
     capabilities: Capabilities
+    answers_s: float = 2.0
+    """How long it may take to give its first readings."""
 
 
 class Description(NamedTuple):
@@ -97,8 +99,10 @@ UNDESCRIBED: Final = Description(in_silico=True, capabilities=EVERYTHING)
 
 
 def describe(facts: MachineFacts) -> str:
-    """The facts as one line of JSON, for a ring's header."""
-    return json.dumps({**facts._asdict(), "capabilities": facts.capabilities._asdict()})
+    """The facts as one line of JSON, for a ring's header; how long it takes to answer is none."""
+    told = {**facts._asdict(), "capabilities": facts.capabilities._asdict()}
+    del told["answers_s"]
+    return json.dumps(told)
 
 
 def read_description(told: Mapping[str, str]) -> Description:
@@ -207,7 +211,11 @@ class TruthPort(Protocol):
 BACKEND: Final = "machine.kind"
 """File of a machine's folder that names its backend."""
 TWIN: Final = "twin"
-MODULES: Final = {TWIN: "opensuction.machine.twin.twin_machine"}
+CANOPEN: Final = "canopen"
+MODULES: Final = {
+    TWIN: "opensuction.machine.twin.twin_machine",
+    CANOPEN: "opensuction.machine.canopen.canopen_machine",
+}
 """Module of each backend, which is a `Backend`."""
 
 

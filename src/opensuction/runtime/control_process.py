@@ -65,8 +65,8 @@ READINGS = row.columns(Readings)
 ENDED = "ended"
 AT_ONCE = 2
 """Told so often to end it ends, wherever the catheter is: the drives bring it out."""
-ANSWERS_S, LOOKS_S = 2.0, 0.001
-"""How long the machine may take to give its first readings, and how often they are looked for."""
+LOOKS_S = 0.001
+"""How often the machine's first readings are looked for."""
 RUN_BYTES = 4
 """Of chance in the name of a run: two of one second have different ones."""
 STATE_PLACES = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
@@ -150,7 +150,7 @@ def _has_died(folder: Path) -> bool:
 def _first_readings(port: Port, clock: Clock) -> Steps[Readings]:
     """First readings of the machine. Raises InputError where it gives none."""
     found: Array = np.zeros(len(READINGS))
-    ends_ns = after(clock, ANSWERS_S)
+    ends_ns = after(clock, port.facts.answers_s)
     while not port.read(found):
         if clock.monotonic_ns() > ends_ns:
             raise InputError(f"the machine '{port.facts.name}' gives no readings")

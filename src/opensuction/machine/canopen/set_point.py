@@ -6,6 +6,7 @@ own limit of speed allows.
 """
 
 import math
+from collections.abc import Collection
 from typing import Final, NamedTuple
 
 from opensuction.kernel.interface import DriveMessage
@@ -48,11 +49,17 @@ Axes = tuple[AxisControl, AxisControl]
 
 
 def set_points(
-    device: Device, image: ProcessImage, axes: Axes, message: DriveMessage, now_s: float
+    device: Device,
+    image: ProcessImage,
+    axes: Axes,
+    message: DriveMessage,
+    now_s: float,
+    barred: Collection[int] = (),
 ) -> tuple[list[CanFrame], Axes]:
     """Frames of a cycle without heartbeat and SYNC, and what is remembered of both drives.
 
-    A node that is not operational gets none: it would take none.
+    A node that is not operational gets none: it would take none. barred: places of drives that get
+    none either.
     """
     commands = message.commands
     wanted = (commands.insertion_on, commands.valve_on)
@@ -60,7 +67,7 @@ def set_points(
     frames: list[CanFrame] = []
     after = list(axes)
     for place, axis in ((INSERTION, device.insertion), (VALVE, device.valve)):
-        if not process_image.is_obeying(device, image, place, now_s):
+        if place in barred or not process_image.is_obeying(device, image, place, now_s):
             after[place] = AT_START
             continue
         control = _step_axis(
