@@ -17,7 +17,7 @@ from opensuction.machine.canopen.objects import (
     Mode,
 )
 from opensuction.machine.canopen.power_state import INTERNAL_LIMIT, PowerState
-from opensuction.machine.drives import emulated_drive
+from opensuction.machine.drives import emulated_drive, emulated_node
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from opensuction.twin.machine.fail_safe import BRAKING_MM_PER_S2
 from tests.controller.bedside import at_bed
@@ -125,7 +125,7 @@ def test_targets_are_followed_as_by_a_servo_in_process(bench: EmulatedBench) -> 
 
 def test_two_control_words_within_a_tick_are_one(bench: EmulatedBench) -> None:
     moving(bench)
-    bench.drives.insertion.fail(emulated_drive.INTERNAL)
+    bench.drives.insertion.fail(emulated_node.INTERNAL)
     for _ in range(3):
         bench.cycle()
     assert state(bench) == PowerState.FAULT

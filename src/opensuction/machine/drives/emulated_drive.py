@@ -28,8 +28,8 @@ DT_S: Final = 0.001
 """Length of a drive's tick."""
 SPEED_TICKS: Final = 10
 """Time constant of the speed that a drive knows of its own encoder."""
-ENCODER_LOST, FOLLOWING, INTERNAL = 0x7305, 0x8611, 0x6100
-"""Error codes of CiA 402: incremental encoder, following error, internal software."""
+ENCODER_LOST, FOLLOWING = 0x7305, 0x8611
+"""Error codes of CiA 402: incremental encoder, following error."""
 _MOTION, _CURRENT = 0x20, 0x02
 """Bits of the error register."""
 _MODES: Final = (Mode.NONE, Mode.HOMING, Mode.CYCLIC_POSITION, Mode.CYCLIC_TORQUE)
@@ -123,9 +123,7 @@ class EmulatedDrive(EmulatedNode):
         reaction = self.values[Axis.ABORT_CONNECTION, 0]
         enabled = self.power.state == PowerState.OPERATION_ENABLED
         if reaction == AbortConnection.WITHDRAW:
-            self.withdraws = True
-            self.values[Axis.ERROR_CODE, 0] = HOST_LOST
-            self.power = self.power._replace(state=PowerState.FAULT)
+            self.withdraw(HOST_LOST)
         elif not enabled:
             return
         elif reaction == AbortConnection.FAULT:
@@ -135,6 +133,17 @@ class EmulatedDrive(EmulatedNode):
             self.power = self.power._replace(state=PowerState.QUICK_STOP_ACTIVE)
         elif reaction == AbortConnection.DISABLE_VOLTAGE:
             self.power = self.power._replace(state=PowerState.SWITCH_ON_DISABLED)
+
+    def withdraw(self, code: int) -> None:
+        """Have the program stored in the machine move the axis home. code: of the error."""
+        self.withdraws = True
+        self.values[Axis.ERROR_CODE, 0] = code
+        self.power = self.power._replace(state=PowerState.FAULT)
+
+    def on_host_back(self) -> None:
+        """See `EmulatedNode.on_host_back`: a fault stays until it is reset."""
+        if self.power.state != PowerState.FAULT:
+            self.end_emergency()
 
     def check_write(self, key: Key, value: int) -> None:
         """See `EmulatedNode.check_write`."""
@@ -166,7 +175,7 @@ class EmulatedDrive(EmulatedNode):
         return order
 
     def fail(self, code: int, bits: int = 0) -> None:
-        """A fault has been found."""
+        """See `EmulatedNode.fail`: the reaction to a fault begins."""
         if self.power.state in (PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE):
             return
         self.values[Axis.ERROR_CODE, 0] = code

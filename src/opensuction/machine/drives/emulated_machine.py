@@ -13,17 +13,23 @@ import numpy as np
 from opensuction.control.servo import Servo
 from opensuction.host.host import Clock
 from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import MESSAGE_COLUMNS, Readings
 from opensuction.kernel.record import Array
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus
+from opensuction.machine.drives import node_fault
 from opensuction.machine.drives.emulated_drive import EmulatedDrive, Motor, Order, Seen
 from opensuction.machine.drives.emulated_module import EmulatedModule, Outputs
-from opensuction.machine.drives.emulated_node import EmulatedNode
+from opensuction.machine.drives.emulated_node import INTERNAL, EmulatedNode
+from opensuction.machine.drives.node_fault import ALL, NodeFault, Request
 from opensuction.machine.twin.twin_machine import SHOWN_READINGS
-from opensuction.simulation.machine_side import MachineSide
+from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 from opensuction.twin.machine.machine import Machine
 
+_ALONE: Final = SHOWN_COLUMNS.index("alone")
+_NO_MAINS: Final = 0x3120
+"""Error code of CiA 402: the supply's voltage is too low. The drives have reserve energy."""
 _NO_TORQUE: Final = Order(0.0, 0.0, is_on=False)
 _NO_OUTPUT: Final = Outputs(pump_on=False, vacuum_mmhg=0.0, wanted=0, reset=False, released=False)
 
@@ -72,6 +78,10 @@ class EmulatedMachine:
         self.module = EmulatedModule(device.module, clock)
         self.row: Array = np.zeros(len(MESSAGE_COLUMNS))
         """What the twin is commanded, by `MESSAGE_COLUMNS`."""
+        self._lost: set[int] = set()
+        """Nodes without power."""
+        self._blind: set[int] = set()
+        """Drives whose encoder tells nothing."""
         self.has_news = True
         """The twin's watchdog hears of somebody who looks after it."""
         for node in self.nodes:
@@ -86,6 +96,8 @@ class EmulatedMachine:
         """Take the frames that have come, and send what leaves."""
         came, leaving = list(self._bus.receive()), list[CanFrame]()
         for node in self.nodes:
+            if node.number in self._lost:
+                continue
             node.transceiver.bring(came)
             node.step()
             leaving += node.transceiver.take_leaving()
@@ -95,14 +107,25 @@ class EmulatedMachine:
     def measure(self, shown: Array) -> None:
         """Take what the twin shows after a tick: a row by `SHOWN_COLUMNS`."""
         readings = plain_row.unpack(Readings, shown[SHOWN_READINGS])
+        if shown[_ALONE] and not self.insertion.withdraws:
+            self.insertion.withdraw(_NO_MAINS)
+            self.insertion.emergency(_NO_MAINS)
+        if self.insertion.number in self._blind:
+            readings = readings._replace(head_valid=False)
+        if self.valve.number in self._blind:
+            readings = readings._replace(cam_valid=False)
         self.insertion.measure(self._seen(readings))
         self.valve.measure(Seen(readings.cam_rad, readings.cam_valid, None, 0))
         self.module.measure(readings)
 
     def tick(self) -> None:
         """The drives a tick on: what the twin is commanded in it is in `row`."""
-        insertion, valve = self.insertion.tick(), self.valve.tick()
-        outputs = self.module.outputs
+        insertion, valve = (
+            _NO_TORQUE if one.number in self._lost else one.tick()
+            for one in (self.insertion, self.valve)
+        )
+        has_module = self.module.number not in self._lost
+        outputs = self.module.outputs if has_module else _NO_OUTPUT
         self.row[:] = (
             insertion.position,
             insertion.volts,
@@ -116,7 +139,39 @@ class EmulatedMachine:
             outputs.reset,
             outputs.released or self.insertion.was_reset,
         )
-        self.has_news = not self.insertion.withdraws
+        # A drive without power has no program to run, either.
+        self.has_news = not self.insertion.withdraws or self.insertion.number in self._lost
+
+    def break_down(self, request: Request | None) -> None:
+        """Give nodes a fault; None mends all of them. Raises InputError where there is no node."""
+        if request is None:
+            self._mend()
+            return
+        if request.node not in (ALL, *self.device.nodes):
+            raise InputError(
+                f"there is no node {request.node}; nodes: {', '.join(map(str, self.device.nodes))}"
+            )
+        for node in self.nodes:
+            if request.node in (ALL, node.number):
+                self._break(node, request)
+
+    def _break(self, node: EmulatedNode, request: Request) -> None:
+        wires = node.transceiver
+        wires.faults = node_fault.wire_faults(wires.faults, request)
+        if request.fault == NodeFault.NODE_LOST:
+            self._lost.add(node.number)
+        elif request.fault == NodeFault.ENCODER:
+            self._blind.add(node.number)
+        elif request.fault == NodeFault.EMERGENCY:
+            node.fail(INTERNAL)
+
+    def _mend(self) -> None:
+        for node in self.nodes:
+            node.transceiver.faults = node_fault.MENDED
+            if node.number in self._lost:
+                node.boot()
+        self._lost.clear()
+        self._blind.clear()
 
     def _seen(self, readings: Readings) -> Seen:
         contact = self.device.contact

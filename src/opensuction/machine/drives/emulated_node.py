@@ -27,8 +27,8 @@ _ERRORS: Final = 0x1003
 """Predefined error field: the last emergency."""
 GENERIC, COMMUNICATION = 0x01, 0x10
 """Bits of the error register."""
-HOST_LOST, SHORT_FRAME = 0x8130, 0x8210
-"""Error codes (CiA 301, table 26)."""
+HOST_LOST, SHORT_FRAME, INTERNAL = 0x8130, 0x8210, 0x6100
+"""Error codes (CiA 301, table 26): heartbeat, length of a PDO, internal software."""
 
 
 class Nmt(IntEnum):
@@ -118,6 +118,7 @@ class EmulatedNode:
         self._sends: list[Pdo] = []
         self._syncs = 0
         self._host_id: int | None = None
+        self._misses_host = False
         self._subscribe()
         self.local.add_read_callback(self._read)
         self.local.add_write_callback(self._write)
@@ -141,6 +142,15 @@ class EmulatedNode:
     def on_lost_host(self) -> None:
         """The host is lost, or process data do not flow any more."""
 
+    def on_host_back(self) -> None:
+        """The host that was lost gives signs of life again."""
+        self.end_emergency()
+
+    def fail(self, code: int, bits: int = 0) -> None:
+        """Find a fault in itself: it acts as without a host, and says why. bits: as `emergency`."""
+        self.on_lost_host()
+        self.emergency(code, bits)
+
     # Network management.
 
     def boot(self) -> None:
@@ -148,7 +158,7 @@ class EmulatedNode:
         self.values = _defaults(self.dictionary)
         self.local.data_store.clear()
         self._latched.clear()
-        self.watch = HostWatch()
+        self.watch, self._misses_host = HostWatch(), False
         self.local.nmt.stop_heartbeat()
         self._read_pdos()
         self._watch_for(0)
@@ -214,6 +224,9 @@ class EmulatedNode:
 
     def _on_heartbeat(self, _id: int, _data: bytearray, _at_s: float) -> None:
         self.watch.beat(self.clock.monotonic_ns())
+        if self._misses_host:
+            self._misses_host = False
+            self.on_host_back()
 
     # Process data.
 
@@ -268,6 +281,7 @@ class EmulatedNode:
         """Take what has come, send what is due, and look after the host."""
         self.network.step()
         if self.watch.has_lost(self.clock.monotonic_ns()):
+            self._misses_host = True
             self.on_lost_host()
             self.emergency(HOST_LOST, COMMUNICATION)
             state = _ON_LOST_HOST.get(self.values[Communication.ERROR_BEHAVIOUR, 1])
