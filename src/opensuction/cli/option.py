@@ -257,6 +257,17 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         metavar="NAME",
         show_default=False,
     ),
+    "drives_name": typer.Option(
+        "--name",
+        help="Name of the drives: several may play side by side. Default: drives.",
+        metavar="NAME",
+        show_default=False,
+    ),
+    "device": typer.Option(
+        help="Device file (TOML): bus, nodes, units and limits. Default: that of the emulated "
+        "drives.",
+        metavar="FILE",
+    ),
     "anew": typer.Option(
         "--anew", help="End what an earlier run of this name has left, its patient included."
     ),

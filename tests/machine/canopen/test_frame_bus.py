@@ -53,13 +53,15 @@ def test_nonsense_gives_frames_or_nothing(datagram: bytes) -> None:
 def test_a_participant_sees_every_other_ones_frames_in_their_order(folder: Path) -> None:
     host, drives = both(folder)
     third = open_bus(UNIX, THIS_COMPUTER, "third", folder)
+    other = open_bus(UNIX._replace(channel="bus.2"), THIS_COMPUTER, "host", folder)
     sent = [CanFrame(0x80, b""), CanFrame(0x181, bytes(8))]
     host.send(sent)
     assert list(drives.receive()) == list(third.receive()) == sent
     assert not list(host.receive())
-    for one in (host, drives, third):
+    assert not list(other.receive())
+    for one in (host, drives, third, other):
         one.close()
-    assert not list((folder / "bus").iterdir())
+    assert not list(folder.iterdir())
 
 
 def test_who_has_left_or_takes_nothing_holds_nobody_up(folder: Path) -> None:

@@ -7,6 +7,7 @@ that finds no room is lost, as on a wire that is cut. What is lost is noticed by
 import contextlib
 import struct
 from collections.abc import Iterable, Sequence
+from glob import escape
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -70,19 +71,20 @@ def unpack(datagram: bytes) -> list[CanFrame]:
 
 
 class DatagramBus:
-    """Bus between processes of one computer and user: a folder in which each has a socket.
+    """Bus between processes of one computer and user: sockets in a folder, `BUS.NAME.can`.
 
     Frames that are sent in one call travel in one datagram, for a socket holds ten datagrams and
     not more. A participant that has died is sent to in vain until its name is used again.
     """
 
-    def __init__(self, folder: Path, name: str, host: Host) -> None:
-        """name: of this participant; one that had it before is replaced.
+    def __init__(self, path: Path, name: str, host: Host) -> None:
+        """path: folder, and the bus' own name in it. name: of this participant, with no dot.
 
-        Raises OSError where nobody can listen there.
+        One that had the name before is replaced. Raises OSError where nobody can listen there.
         """
-        private_file.make_folder(folder)
-        self._folder, self._name, self._clock = folder, name, host.clock
+        private_file.make_folder(path.parent)
+        self._folder, self._bus = path.parent, path.name
+        self._name, self._clock = name, host.clock
         self._inbox = host.datagrams.listen(self._address(name))
         self._outbox = host.datagrams.sender(0.0)
         # The socket is no file where the computer is simulated.
@@ -91,10 +93,10 @@ class DatagramBus:
         self._changed_ns, self._looks_ns = -1, 0
 
     def _address(self, name: str) -> Path:
-        return self._folder / f"{name}.can"
+        return self._folder / f"{self._bus}.{name}.can"
 
     def _sign(self, name: str) -> Path:
-        return self._folder / f"{name}.on-bus"
+        return self._folder / f"{self._bus}.{name}.on-bus"
 
     def send(self, frames: Sequence[CanFrame]) -> None:
         """See `FrameBus.send`."""
@@ -119,12 +121,19 @@ class DatagramBus:
     def _look(self) -> None:
         """Look for other participants where there may be new ones."""
         now_ns = self._clock.monotonic_ns()
-        changed_ns = self._folder.stat().st_mtime_ns
+        try:
+            changed_ns = self._folder.stat().st_mtime_ns
+        except OSError:
+            changed_ns = -1  # it has been removed, and with it all others
         if changed_ns == self._changed_ns and now_ns < self._looks_ns:
             return
         self._changed_ns, self._looks_ns = changed_ns, now_ns + LOOK_NS
-        names = sorted(one.stem for one in self._folder.glob("*.on-bus"))
-        self._others = [self._address(name) for name in names if name != self._name]
+        own, before = self._sign(self._name), f"{self._bus}."
+        self._others = [
+            one.with_suffix(".can")
+            for one in sorted(self._folder.glob(f"{escape(before)}*.on-bus"))
+            if one != own and "." not in one.stem.removeprefix(before)
+        ]
 
 
 _MOST_REFUSED: Final = 16

@@ -1,0 +1,99 @@
+"""Emulated drives from choices: their folder, made ready, and how a controller finds them.
+
+The twin is identified as before a cycle, for the drives' servos are tuned by that; then it lies in
+the folder at rest. The device file there names its bus so that a controller of another folder finds
+it, too.
+"""
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import tomli_w
+
+from opensuction.host.host import Host, finish
+from opensuction.ipc.liveness import holder
+from opensuction.kernel import private_file
+from opensuction.kernel.errors import InputError
+from opensuction.machine.canopen import device_file
+from opensuction.machine.canopen.device import Device
+from opensuction.machine.canopen.frame_bus import UNIX
+from opensuction.machine.drives import drives_process
+from opensuction.machine.twin.twin_process import PLAYS
+from opensuction.runtime import machine_folder
+from opensuction.session.cycle.cycle_run import Prepared
+
+_NODES = ("insertion drive", "valve drive", "input module")
+
+
+class Drives(NamedTuple):
+    """Drives that are ready to play."""
+
+    folder: Path
+    device: Device
+
+    @property
+    def device_file(self) -> Path:
+        """The file that a controller is given."""
+        return self.folder / device_file.NAME
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """Lines for a person: where they are."""
+        bus = self.device.bus
+        nodes = zip(self.device.nodes, _NODES, strict=True)
+        named = ", ".join(f"{number} ({name})" for number, name in nodes)
+        return (
+            f"Bus: interface {bus.interface}, channel {bus.channel}",
+            f"Nodes: {named}; SYNC every {1000.0 * bus.period_s:g} ms",
+            f"Device file for a controller: {self.device_file}",
+        )
+
+
+def find_free(name: str, device: Path | None) -> Path:
+    """The folder of drives that nobody plays yet.
+
+    Raises InputError where somebody does, or the device file is none.
+    """
+    device_file.load(device or device_file.EMULATED)
+    folder = machine_folder.make(name)
+    if (process := holder(folder / PLAYS)) is not None:
+        raise InputError(
+            f"'{name}' is played already (process {process}): end that one, or give another --name"
+        )
+    return folder
+
+
+def prepare(folder: Path, prepared: Prepared, device: Path | None) -> Drives:
+    """Lay drives into a folder, at rest. device: device file; None: the emulated drives' own."""
+    machine_folder.clear(folder)
+    seed = prepared.resolved.equipment.seed
+    chosen = device or device_file.EMULATED
+    drives_process.prepare(folder, prepared.loop, prepared.start, seed, chosen)
+    found = device_file.find(folder)
+    if found.bus.interface == UNIX and not Path(found.bus.channel).is_absolute():
+        _write_address(folder / device_file.NAME, folder / found.bus.channel)
+        found = device_file.find(folder)
+    return Drives(folder, found)
+
+
+def _write_address(path: Path, channel: Path) -> None:
+    """Name a bus of this computer by its whole path."""
+    content = tomllib.loads(path.read_text(encoding="utf-8"))
+    content["bus"]["channel"] = str(channel)
+    private_file.write(path, tomli_w.dumps(content))
+
+
+def play(drives: Drives, host: Host, begun: Callable[[], None]) -> None:
+    """Play until told to end. begun: called once they are on the bus. Raises InputError."""
+    steps = drives_process.steps(host, drives.folder, lambda _: begun())
+    try:
+        finish(steps, host.clock)
+    finally:
+        steps.close()
+
+
+def end(drives: Drives) -> None:
+    """Give back what lies in memory. Raises InputError."""
+    machine_folder.clear(drives.folder)
