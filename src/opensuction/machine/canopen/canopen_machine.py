@@ -41,7 +41,7 @@ on together with this computer."""
 ANSWERS_S: Final = 1.0
 """[design] How long a node may take for each answer after it."""
 REPEATS_S: Final = 0.25
-"""How often a node that has not answered yet is asked again."""
+"""How often a node that has not answered is asked again: all that is asked may be asked twice."""
 SET_UP_S: Final = 20.0
 """[design] How long all of it may take."""
 RESTARTED: Final = "has started again, and may have lost its position"
@@ -56,7 +56,7 @@ class Asking(NamedTuple):
     steps: Setup
     request: CanFrame
     repeat_s: float
-    """When it is sent again, while the node has not answered at all."""
+    """When it is sent again."""
     ends_s: float
     """When it is given up."""
     has_answered: bool
@@ -194,9 +194,9 @@ class CanopenMachine:
         for place, asking in list(self._asking.items()):
             if now_s >= asking.ends_s:
                 self._answer(place, asking, None, now_s)
-            elif not asking.has_answered and now_s >= asking.repeat_s:
+            elif now_s >= asking.repeat_s:
                 command = node_setup.nmt(ENTER_PRE_OPERATIONAL, self.device.nodes[place])
-                self._bus.send([command, asking.request])
+                self._bus.send([*([] if asking.has_answered else [command]), asking.request])
                 self._asking[place] = asking._replace(repeat_s=now_s + REPEATS_S)
 
     def _answer(self, place: int, asking: Asking, data: bytes | None, now_s: float) -> None:
@@ -210,7 +210,10 @@ class CanopenMachine:
             self._end_set_up(place, end.value)
             return
         self._asking[place] = asking._replace(
-            request=request, ends_s=now_s + ANSWERS_S, has_answered=True
+            request=request,
+            repeat_s=now_s + REPEATS_S,
+            ends_s=now_s + ANSWERS_S,
+            has_answered=True,
         )
         self._bus.send([request])
 

@@ -210,9 +210,16 @@ def _read(node: int, index: int, sub: int) -> Generator[CanFrame, Answer, tuple[
 
 
 def is_answer(request: CanFrame, frame: CanFrame) -> bool:
-    """True where a frame answers a request: from the same node, of the same object."""
-    same_node = frame.can_id == request.can_id - REQUEST_ID + ANSWER_ID
-    return same_node and len(frame.data) == 8 and frame.data[1:4] == request.data[1:4]
+    """True where a frame answers a request: from the same node, of the same object.
+
+    A request may be answered twice, where it was repeated: what answers to reading is no answer to
+    writing.
+    """
+    if frame.can_id != request.can_id - REQUEST_ID + ANSWER_ID or len(frame.data) != 8:
+        return False
+    reads = request.data[0] == _READ_REQUEST
+    others = frame.data[0] == _WRITTEN if reads else frame.data[0] in _LENGTHS
+    return frame.data[1:4] == request.data[1:4] and not others
 
 
 def _refusal(answer: Answer, index: int, sub: int, is_done: bool) -> str:
