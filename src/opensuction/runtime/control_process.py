@@ -61,6 +61,9 @@ from opensuction.runtime.machine_folder import (
 from opensuction.safety.head import head_vote
 
 PERIOD_NS = 1_000_000
+"""Of a twin."""
+MACHINES_OWN = 0
+"""In place of a period: the one that the machine has."""
 READINGS = row.columns(Readings)
 ENDED = "ended"
 AT_ONCE = 2
@@ -250,7 +253,7 @@ def _name_run(host: Host) -> str:
 def steps(
     host: Host,
     folder: Path,
-    period_ns: int = PERIOD_NS,
+    period_ns: int = MACHINES_OWN,
     attach: Callable[[Path, Host], Port] = ports.attach,
     pace: Callable[[int, int], Pacing] = DeadlineScheduler,
     tell: Callable[[ControlLoop, Pacing], None] = lambda *_: None,
@@ -259,7 +262,8 @@ def steps(
 
     A cycle is broken off then, and the process ends once the catheter is out.
 
-    attach: takes hold of the machine. pace: of the loop, which takes the period and the time, ns.
+    period_ns: of the loop. attach: takes hold of the machine. pace: of the loop, which takes the
+    period and the time, ns.
     tell: told of the loop as it begins.
 
     Raises InputError where it cannot begin.
@@ -269,6 +273,7 @@ def steps(
         chosen = _read_configuration(folder)
         before = read_before(folder, clock)
         port = attach(folder, host)
+        period_ns = period_ns or round(port.facts.period_s * NS_PER_S)
         state = yield from begin(chosen, port, before, clock)
         call = RealTimeCall(chosen.settings, chosen.heads_mm, state)
         told = {
@@ -327,5 +332,5 @@ def _tick(loop: ControlLoop, pace: Pacing, host: Host) -> Steps[None]:
 
 if __name__ == "__main__":
     _folder = Path(sys.argv[1])
-    _period_ns = int(sys.argv[2]) if len(sys.argv) > 2 else PERIOD_NS
+    _period_ns = int(sys.argv[2]) if len(sys.argv) > 2 else MACHINES_OWN
     this_computer.run(lambda host: steps(host, _folder, _period_ns))

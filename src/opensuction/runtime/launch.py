@@ -18,7 +18,7 @@ from opensuction.ipc.ring import EventReader, RingReader
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import utc_time
-from opensuction.runtime.control_process import PERIOD_NS
+from opensuction.runtime.control_process import MACHINES_OWN
 from opensuction.runtime.machine_folder import ASK, CONFIGURATION, EVENTS, RING
 
 PRESSED = "pressed"
@@ -110,7 +110,7 @@ def last_words(folder: Path, module: str) -> str:
 
 
 def start_control(
-    folder: Path, period_ns: int = PERIOD_NS, module: str = CONTROL, host: Host = THIS_COMPUTER
+    folder: Path, period_ns: int = MACHINES_OWN, module: str = CONTROL, host: Host = THIS_COMPUTER
 ) -> Child:
     """The control process on the machine of a folder; returns once it ticks.
 

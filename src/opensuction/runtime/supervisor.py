@@ -26,7 +26,7 @@ from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
 from opensuction.ipc.ring import EventWriter
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
-from opensuction.runtime.control_process import PERIOD_NS
+from opensuction.runtime.control_process import MACHINES_OWN
 from opensuction.runtime.loop import MISSED_S
 from opensuction.runtime.machine_folder import (
     CONSOLE,
@@ -197,7 +197,7 @@ class Supervisor:
         self,
         folder: Path,
         out: Path,
-        period_ns: int = PERIOD_NS,
+        period_ns: int = MACHINES_OWN,
         host: Host = THIS_COMPUTER,
     ) -> None:
         """folder: the machine's; where it says what a console is set to, there is one, too.
