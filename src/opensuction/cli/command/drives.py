@@ -64,12 +64,12 @@ COMMAND = Command(
     "docs/how-to/write-a-device-file.md. Linux only.",
     examples="""\b
 Examples:
-  opensuction drives                            an adult's machine, bus 'unix'
+  opensuction drives                        an adult's machine, bus 'unix'
   opensuction drives --machine bench --seed 3
-  opensuction drives --device can0.toml         another bus, other nodes and units
+  opensuction drives --device can0.toml     another bus, other nodes
 
 \b
 Files:
-  /dev/shm/opensuction-UID/NAME/device.toml     what a controller is given""",
+  /dev/shm/opensuction-UID/NAME/device.toml   to be given to a controller""",
     ends="0 ended by Ctrl-C",
 )
