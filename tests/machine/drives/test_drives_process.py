@@ -1,8 +1,10 @@
 """The process of the emulated drives, its faults, and masters that nobody here wrote."""
 
+import importlib
+import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,6 +13,7 @@ from canopen.profiles.p402 import BaseNode402
 
 from opensuction.host.host import Host, Steps
 from opensuction.kernel.errors import InputError
+from opensuction.machine import drives as package
 from opensuction.machine.canopen import device_file, objects
 from opensuction.machine.canopen.frame_bus import CanFrame, open_bus
 from opensuction.machine.canopen.objects import Axis
@@ -101,6 +104,30 @@ def test_what_cannot_be_played_is_refused_in_one_line(folder: Path) -> None:
             request.check()
     with pytest.raises(InputError):
         node_fault.read(b'{"fault": "none", "node": 1, "strength": 1}')
+
+
+def test_without_the_packages_one_line_says_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "canopen", None)
+    with pytest.raises(InputError, match="pip install"):
+        importlib.reload(package)
+
+
+def test_a_flooded_bus_keeps_no_node_from_its_work(bench: EmulatedBench) -> None:
+    class Flood:
+        def receive(self) -> Iterable[CanFrame]:
+            while True:
+                yield CanFrame(0x123, bytes(8))
+
+        def send(self, frames: Sequence[CanFrame]) -> None: ...
+
+        def close(self) -> None: ...
+
+    bench.drives._bus = Flood()
+    for _ in range(30):
+        bench.tick()
+    assert bench.shown("alone") == 1.0  # it missed its host, and acted
 
 
 @pytest.fixture

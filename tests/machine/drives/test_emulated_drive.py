@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
+from opensuction.kernel.codegen import plain_row
 from opensuction.machine.canopen import objects, power_state
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
@@ -18,7 +19,7 @@ from opensuction.machine.canopen.objects import (
 )
 from opensuction.machine.canopen.power_state import INTERNAL_LIMIT, PowerState
 from opensuction.machine.drives import emulated_drive, emulated_node
-from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 from opensuction.twin.machine.fail_safe import BRAKING_MM_PER_S2
 from tests.controller.bedside import at_bed
 from tests.machine.drives.emulated_bench import (
@@ -206,6 +207,40 @@ def test_speed_and_range_of_the_drive_limit_its_set_point(bench: EmulatedBench) 
         places.append(bench.drives.insertion._set_point.position)
     assert places[-1] == pytest.approx(2.0)
     assert max(b - a for a, b in itertools.pairwise(places)) <= 5.1 * 0.004
+
+
+def test_a_target_may_come_by_sdo(bench: EmulatedBench) -> None:
+    bench.operate()
+    bench.enable(INSERTION)
+    bench.write(INSERTION, Axis.TARGET_POSITION, 400, 4)
+    for _ in range(400):
+        bench.bus.send([CanFrame(objects.HEARTBEAT_ID + 127, b"\5"), CanFrame(0x80, b"")])
+        bench.tick()
+    assert bench.shown("readings.head_mm") == pytest.approx(2.0, abs=0.3)
+
+
+def test_without_the_mains_the_head_comes_home_on_reserve(bench: EmulatedBench) -> None:
+    moving(bench)
+
+    def power(mains: bool) -> None:
+        side = plain_row.unpack(MachineSide, bench.call.side_row)
+        link = side.wiring.link._replace(mains=mains)
+        side = side._replace(wiring=side.wiring._replace(link=link))
+        bench.call.side_row[:] = plain_row.pack(MachineSide, side)
+
+    power(mains=False)
+    bench.cycle()
+    bench.cycle()
+    assert withdraws(bench)
+    assert bench.came(objects.EMERGENCY_ID + INSERTION)[-1][:2] == b"\x20\x31"
+    power(mains=True)
+    bench.cycle()
+    assert withdraws(bench)  # until somebody resets it
+    bench.words[INSERTION] = 0x80
+    bench.cycle()
+    bench.enable(INSERTION)
+    assert bench.shown("alone") == 0.0
+    assert state(bench) == PowerState.OPERATION_ENABLED
 
 
 def test_torque_is_a_mode_of_its_own(bench: EmulatedBench) -> None:

@@ -118,6 +118,11 @@ class EmulatedDrive(EmulatedNode):
             goal = device.position_of(self.axis, min(max(counts, low), high))
             self._set_point = interpolation.aim(self._set_point, goal, self._period_ticks())
 
+    def on_written(self, key: Key) -> None:
+        """See `EmulatedNode.on_written`: a target counts at once."""
+        if key in ((Axis.TARGET_POSITION, 0), (Axis.TARGET_TORQUE, 0)):
+            self.on_set_points()
+
     def on_lost_host(self) -> None:
         """See `EmulatedNode.on_lost_host`: what the object 0x6007 says."""
         reaction = self.values[Axis.ABORT_CONNECTION, 0]

@@ -6,6 +6,7 @@ watchdog draws the head home (`AbortConnection.WITHDRAW`): the nodes decide when
 own patience is none (`without_patience`).
 """
 
+from itertools import islice
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -27,6 +28,8 @@ from opensuction.machine.twin.twin_machine import SHOWN_READINGS
 from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 from opensuction.twin.machine.machine import Machine
 
+MOST_FRAMES: Final = 2000
+"""Frames that are taken in a tick: a bus that is flooded keeps no node from its work."""
 _ALONE: Final = SHOWN_COLUMNS.index("alone")
 _NO_MAINS: Final = 0x3120
 """Error code of CiA 402: the supply's voltage is too low. The drives have reserve energy."""
@@ -94,7 +97,7 @@ class EmulatedMachine:
 
     def exchange(self) -> None:
         """Take the frames that have come, and send what leaves."""
-        came, leaving = list(self._bus.receive()), list[CanFrame]()
+        came, leaving = list(islice(self._bus.receive(), MOST_FRAMES)), list[CanFrame]()
         for node in self.nodes:
             if node.number in self._lost:
                 continue

@@ -139,6 +139,9 @@ class EmulatedNode:
     def on_set_points(self) -> None:
         """Set points have come, and count now."""
 
+    def on_written(self, key: Key) -> None:
+        """An object has been written by SDO."""
+
     def on_lost_host(self) -> None:
         """The host is lost, or process data do not flow any more."""
 
@@ -207,6 +210,7 @@ class EmulatedNode:
             self._read_pdos()
         elif index == Communication.HEARTBEAT_CONSUMER and subindex:
             self._watch_for(value)
+        self.on_written(key)
 
     def check_write(self, key: Key, value: int) -> None:
         """Refuse what an object cannot be set to; raises SdoAbortedError."""
