@@ -3,4 +3,4 @@
 from docs.generator.catalogue import generated
 
 for path, text in generated().items():
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text(), encoding="utf-8")
