@@ -38,8 +38,6 @@ HOST_NAME: Final = "controller"
 NODE_STARTS_S: Final = 10.0
 """[design] How long a node may take until it answers for the first time: it may have been switched
 on together with this computer."""
-ANSWERS_S: Final = 1.0
-"""[design] How long a node may take for each answer after it."""
 REPEATS_S: Final = 0.25
 """How often a node that has not answered is asked again: all that is asked may be asked twice."""
 SET_UP_S: Final = 20.0
@@ -212,7 +210,7 @@ class CanopenMachine:
         self._asking[place] = asking._replace(
             request=request,
             repeat_s=now_s + REPEATS_S,
-            ends_s=now_s + ANSWERS_S,
+            ends_s=now_s + node_setup.PATIENCE_S,
             has_answered=True,
         )
         self._bus.send([request])

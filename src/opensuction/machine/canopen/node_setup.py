@@ -35,6 +35,8 @@ from opensuction.machine.canopen.objects import (
 )
 from opensuction.machine.canopen.process_image import MODULE, NAMES
 
+PATIENCE_S: Final = 1.0
+"""[design] How long a node that works may take for an answer."""
 REQUEST_ID: Final = 0x600
 ANSWER_ID: Final = 0x580
 DRIVE_PROFILE, MODULE_PROFILE = 402, 401
@@ -131,6 +133,19 @@ def _check_identity(device: Device, place: int) -> Generator[CanFrame, Answer, l
         if not refused and not modes >> (Mode.CYCLIC_POSITION - 1) & 1:
             wrong.append("it has no cyclic synchronous position mode (0x6502)")
     return wrong
+
+
+def read_identity(
+    device: Device, place: int
+) -> Generator[CanFrame, Answer, tuple[int, int, int] | None]:
+    """Vendor, product and revision of a node; None of one that does not answer."""
+    values = []
+    for sub in range(1, len(Identity._fields) + 1):
+        value, refused = yield from _read(device.nodes[place], Communication.IDENTITY, sub)
+        if refused:
+            return None
+        values.append(value)
+    return values[0], values[1], values[2]
 
 
 def entries(device: Device, place: int) -> Iterator[Entry]:

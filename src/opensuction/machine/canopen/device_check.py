@@ -1,0 +1,278 @@
+"""Check of a machine on a bus: identity of its nodes, inputs, a small move of each axis, vacuum.
+
+A device file may be wrong in what no node can tell: a gear ratio, a sign, the scale of a sensor. A
+small move at half of the torque shows it: the head by its second sensor, which sits behind gear
+and rack. It is stopped at once where that sensor says that it goes too far. Whoever asks for a move
+watches it, with a hand at the emergency stop and no catheter in anybody.
+
+Steps, as of any process (`host.host.Steps`): the caller sleeps until the next one.
+"""
+
+import math
+from collections.abc import Callable, Generator
+from typing import Any, Final, NamedTuple, TypeVar
+
+import numpy as np
+
+from opensuction.host.host import NS_PER_S, Host, Steps, after
+from opensuction.kernel.codegen import plain_row, row
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.interface import Commands, DriveMessage, Readings
+from opensuction.kernel.record import make_zero
+from opensuction.machine.canopen import node_setup
+from opensuction.machine.canopen.canopen_machine import SET_UP_S, CanopenMachine
+from opensuction.machine.canopen.device import Device
+from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus
+from opensuction.machine.canopen.process_image import NAMES
+
+TORQUE_SHARE: Final = 0.5
+"""Of the device file's highest torque, for the moves."""
+TAKE_UP_MM, MOVE_MM, MOVE_MM_PER_S = 1.0, 5.0, 5.0
+"""First the gear's backlash is taken up, then the head is moved by this much."""
+MOVE_RAD, MOVE_RAD_PER_S = 0.1, 0.2
+SETTLES_S: Final = 1.0
+GREETS_S: Final = 0.3
+ENABLES_S: Final = 0.5
+RIGHT: Final = 0.2
+"""Largest deviation, as a share: backlash and noise are a tenth of `MOVE_MM`, a wrong gear more."""
+TOO_FAR: Final = 2.0
+"""Times the move at which it is stopped."""
+VACUUM_MMHG, VACUUM_S, VENTS_S = 50.0, 10.0, 5.0
+
+Result = TypeVar("Result")
+
+
+class NodeFound(NamedTuple):
+    """Node on the bus, as it says itself."""
+
+    name: str
+    node: int
+    vendor: int
+    product: int
+    revision: int
+
+
+class MoveFound(NamedTuple):
+    """Small move of an axis."""
+
+    axis: str
+    unit: str
+    asked: float
+    by_drive: float
+    """By the encoder on the motor."""
+    by_second_sensor: float | None
+    """None: the axis has none, and a person has to look."""
+    problem: str
+    """Empty: there is none."""
+
+
+class VacuumFound(NamedTuple):
+    """Test of pump, regulator, sensor and vent."""
+
+    asked_mmhg: float
+    reached_mmhg: float
+    left_mmhg: float
+    """After the line was vented."""
+    problem: str
+
+
+def identify(device: Device, bus: FrameBus, host: Host) -> Steps[tuple[NodeFound, ...]]:
+    """Identity of each node. Raises InputError for one that does not answer."""
+    found = []
+    for place, node in enumerate(device.nodes):
+        asked = node_setup.read_identity(device, place)
+        values = yield from _ask(asked, bus, host)
+        if not values:
+            raise InputError(
+                f"node {node} ({NAMES[place]}) does not answer on interface "
+                f"'{device.bus.interface}', channel '{device.bus.channel}'"
+            )
+        found.append(NodeFound(NAMES[place], node, *values))
+    return tuple(found)
+
+
+def _ask(
+    asked: Generator[CanFrame, bytes | None, Result], bus: FrameBus, host: Host
+) -> Steps[Result]:
+    """Answer to requests by SDO."""
+    request = next(asked)
+    while True:
+        bus.send([request])
+        ends_ns, answer = after(host.clock, node_setup.PATIENCE_S), None
+        while answer is None and host.clock.monotonic_ns() < ends_ns:
+            yield after(host.clock, 0.001)
+            for frame in bus.receive():
+                if node_setup.is_answer(request, frame):
+                    answer = frame.data
+        try:
+            request = asked.send(answer)
+        except StopIteration as end:
+            result: Result = end.value
+            return result
+
+
+class DeviceCheck:
+    """Moves and tests of a machine, one after the other."""
+
+    def __init__(self, device: Device, bus: FrameBus, host: Host) -> None:
+        """Moves are at `TORQUE_SHARE` of the torque that the device file allows."""
+        axis = device.insertion
+        gentle = axis._replace(most_torque=TORQUE_SHARE * axis.most_torque)
+        self.device, self._host = device._replace(insertion=gentle), host
+        self._port = CanopenMachine(self.device, bus, host)
+        self._row = np.zeros(len(row.columns(Readings)))
+
+    @property
+    def readings(self) -> Readings:
+        """The newest."""
+        return plain_row.unpack(Readings, self._row)
+
+    def set_up(self) -> Steps[Readings]:
+        """Set the nodes up; what they read. Raises InputError with all differences."""
+        ends_ns = after(self._host.clock, SET_UP_S)
+        while not self._port.read(self._row):
+            if self._host.clock.monotonic_ns() > ends_ns:
+                raise InputError(f"the machine '{self.device.name}' gives no readings")
+            yield after(self._host.clock, 0.001)
+        yield from self._drive(GREETS_S, released=True)
+        return self.readings
+
+    def _drive(
+        self,
+        seconds: float,
+        command: Callable[[float], dict[str, Any]] = lambda _: {},
+        stops: Callable[[], bool] = lambda: False,
+        *,
+        released: bool = False,
+    ) -> Steps[bool]:
+        """Command the machine for some time; false where it was stopped before.
+
+        command: what is commanded after so many seconds. stops: ends it at once.
+        """
+        period_s, begun_ns = self.device.bus.period_s, self._host.clock.monotonic_ns()
+        for cycle in range(math.ceil(seconds / period_s)):
+            commands = make_zero(Commands)._replace(**command(cycle * period_s))
+            sent = make_zero(DriveMessage, commands=commands, released=released)
+            self._port.write(plain_row.pack(DriveMessage, sent))
+            yield begun_ns + round((cycle + 1) * period_s * NS_PER_S)
+            self._port.read(self._row)
+            if stops():
+                return False
+        return True
+
+    def _release(self) -> Steps[None]:
+        """Take the torque off both drives."""
+        yield from self._drive(5 * self.device.bus.period_s)
+
+    def move_head(self) -> Steps[MoveFound]:
+        """Move the catheter head inwards and back, and compare its two sensors."""
+        first, begun = self.readings.head_mm, self.readings
+        yield from self._drive(ENABLES_S, lambda _: {"insertion_on": True, "head_mm": first})
+        whole = yield from self._move_head_to(first + TAKE_UP_MM, begun)
+        if whole:
+            begun = self.readings
+            whole = yield from self._move_head_to(first + TAKE_UP_MM + MOVE_MM, begun)
+        ended = self.readings
+        if whole:
+            yield from self._move_head_to(first, ended)
+        yield from self._release()
+        second = ended.carriage_mm - begun.carriage_mm
+        knows = begun.carriage_valid and ended.carriage_valid
+        return _judge_head(ended.head_mm - begun.head_mm, second if knows else None, ended)
+
+    def _move_head_to(self, to_mm: float, begun: Readings) -> Steps[bool]:
+        """Move the head; false where it went too far from where it began, and was stopped."""
+        far_mm = TOO_FAR * MOVE_MM
+
+        def goes_too_far() -> bool:
+            now = self.readings
+            moved = (now.head_mm - begun.head_mm, now.carriage_mm - begun.carriage_mm)
+            return not now.head_valid or any(abs(one) > far_mm for one in moved)
+
+        from_mm = self.readings.head_mm
+        lasts_s = abs(to_mm - from_mm) / MOVE_MM_PER_S
+
+        def command(at_s: float) -> dict[str, Any]:
+            share = min(at_s / lasts_s, 1.0) if lasts_s else 1.0
+            return {"insertion_on": True, "head_mm": from_mm + share * (to_mm - from_mm)}
+
+        return (yield from self._drive(lasts_s + SETTLES_S, command, goes_too_far))
+
+    def move_valve(self) -> Steps[MoveFound]:
+        """Move the cam towards open, and let its spring close it. No second sensor tells."""
+        first = self.readings.cam_rad
+        yield from self._drive(ENABLES_S, lambda _: {"valve_on": True, "cam_rad": first})
+
+        def command(at_s: float) -> dict[str, Any]:
+            return {"valve_on": True, "cam_rad": first + min(at_s * MOVE_RAD_PER_S, MOVE_RAD)}
+
+        def goes_too_far() -> bool:
+            now = self.readings
+            return not now.cam_valid or abs(now.cam_rad - first) > TOO_FAR * MOVE_RAD
+
+        yield from self._drive(MOVE_RAD / MOVE_RAD_PER_S + SETTLES_S, command, goes_too_far)
+        ended = self.readings
+        yield from self._release()
+        moved, problem = ended.cam_rad - first, ""
+        if not ended.cam_valid:
+            problem = "its drive was lost meanwhile"
+        elif abs(moved - MOVE_RAD) > RIGHT * MOVE_RAD:
+            problem = f"it moved by {moved:.3f} rad, and was told to by {MOVE_RAD:g}"
+        return MoveFound("valve", "rad", MOVE_RAD, moved, None, problem)
+
+    def test_vacuum(self) -> Steps[VacuumFound]:
+        """Draw a vacuum behind the closed valve, then vent the line."""
+
+        def has_come() -> bool:
+            return self.readings.line_vacuum_mmhg >= (1.0 - RIGHT) * VACUUM_MMHG
+
+        def has_gone() -> bool:
+            return self.readings.line_vacuum_mmhg <= RIGHT * VACUUM_MMHG
+
+        def pump(_: float) -> dict[str, Any]:
+            return {"pump_on": True, "vacuum_mmhg": VACUUM_MMHG}
+
+        begun = self.readings.line_vacuum_mmhg
+        yield from self._drive(VACUUM_S, pump, has_come)
+        yield from self._drive(SETTLES_S, pump)
+        reached = self.readings.line_vacuum_mmhg
+        yield from self._drive(VENTS_S, stops=has_gone)
+        left, problem = self.readings.line_vacuum_mmhg, ""
+        if not self.readings.vacuum_valid:
+            problem = "its sensor was lost meanwhile"
+        elif begun > RIGHT * VACUUM_MMHG:
+            problem = f"there were {begun:.0f} mmHg before the pump ran"
+        elif abs(reached - VACUUM_MMHG) > RIGHT * VACUUM_MMHG:
+            problem = f"{reached:.0f} mmHg came of {VACUUM_MMHG:g}: pump, regulator, leak or scale"
+        elif left > RIGHT * VACUUM_MMHG:
+            problem = f"{left:.0f} mmHg were left {VENTS_S:g} s after the line was vented"
+        return VacuumFound(VACUUM_MMHG, reached, left, problem)
+
+
+def _judge_head(drive_mm: float, second_mm: float | None, ended: Readings) -> MoveFound:
+    """Compare the two sensors of the head after a move."""
+    if not ended.head_valid:
+        problem = "its drive was lost meanwhile"
+    elif second_mm is None:
+        problem = "the head's second sensor tells nothing: nobody knows how far it moved"
+    elif abs(second_mm) < RIGHT * abs(drive_mm):
+        problem = (
+            f"the drive counted {drive_mm:.2f} mm and the head's second sensor {second_mm:.2f}: "
+            "it slips, a scale is wrong, or that sensor is another one"
+        )
+    elif second_mm * drive_mm < 0.0:
+        problem = (
+            f"the drive counted {drive_mm:.2f} mm and the head's second sensor {second_mm:.2f}: "
+            "one of them has the wrong sign (insertion.encoder.reversed, module.carriage)"
+        )
+    elif abs(second_mm - drive_mm) > RIGHT * abs(drive_mm):
+        problem = (
+            f"the drive counted {drive_mm:.2f} mm and the head's second sensor {second_mm:.2f}: "
+            f"a scale is wrong by a factor of {second_mm / drive_mm:.2g} (insertion.encoder, "
+            "module.carriage)"
+        )
+    elif abs(drive_mm - MOVE_MM) > RIGHT * MOVE_MM:
+        problem = f"it moved by {drive_mm:.2f} mm, and was told to by {MOVE_MM:g}"
+    else:
+        problem = ""
+    return MoveFound("insertion", "mm", MOVE_MM, drive_mm, second_mm, problem)
