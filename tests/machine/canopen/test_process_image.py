@@ -134,6 +134,10 @@ def test_an_emergency_about_a_lost_host_is_over_with_the_next_host() -> None:
     image = take([*sound_cycle(), CanFrame(EMERGENCY_ID + VALVE, b"\x30\x81\x11" + bytes(5))])
     assert not judge(image)[0].cam_valid
     assert judge(process_image.forget_lost_host(image))[0].cam_valid
+    # The node hears the host again, and says so: it is the same one, which did not start anew.
+    image = take([CanFrame(EMERGENCY_ID + VALVE, bytes(8))], image)
+    assert process_image.has_missed_host(image, process_image.VALVE)
+    assert not judge(image)[0].cam_valid
 
 
 @pytest.mark.parametrize(

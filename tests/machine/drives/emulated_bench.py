@@ -72,6 +72,7 @@ class EmulatedBench:
     def take(self, node: int, index: int, sub: int = 0) -> int:
         """An object as a node has it, whatever goes over the bus."""
         found = next(one for one in self.drives.nodes if one.number == node)
+        found.refresh()
         return found.values[index, sub]
 
     def remote(self, node: int) -> RemoteNode:

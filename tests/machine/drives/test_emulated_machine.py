@@ -71,6 +71,7 @@ def test_the_head_comes_home_without_a_host_and_obeys_who_starts_anew(bench: Dri
     found = bench.drive(30, head_mm=5.0, **ON)
     assert found.head_mm < 1.0
     assert not any((found.head_valid, found.cam_valid))
+    assert bench.drives.valve.power.state == PowerState.SWITCH_ON_DISABLED
     assert all(bench.drive(30, released=True)[1:4:2])
     insert(bench, 5.0)
     found = bench.drive(50, head_mm=5.0, **ON)

@@ -165,7 +165,14 @@ def _take_emergency(node: NodeImage, data: bytes) -> NodeImage:
     if len(data) != 8:
         return node._replace(nonsense=f"emergency [{data.hex(' ')}]")
     code = int.from_bytes(data[:2], "little")
-    return node._replace(emergency=code if code & _ERROR_RESET else 0)
+    is_over = not code & _ERROR_RESET
+    if is_over and _misses_host(node):
+        return node  # it hears the host again, which has not started anew
+    return node._replace(emergency=0 if is_over else code)
+
+
+def _misses_host(node: NodeImage) -> bool:
+    return node.emergency >> 8 == COMMUNICATION_ERROR
 
 
 def _take_readings(
@@ -208,9 +215,14 @@ def _take_channels(
 def forget_lost_host(image: ProcessImage) -> ProcessImage:
     """The image without emergencies about a host that was lost: one has started anew."""
     for place, node in enumerate(image.nodes):
-        if node.emergency >> 8 == COMMUNICATION_ERROR:
+        if _misses_host(node):
             image = _set_node(image, place, node._replace(emergency=0))
     return image
+
+
+def has_missed_host(image: ProcessImage, place: int) -> bool:
+    """True for a node that has missed its host, until `forget_lost_host`."""
+    return _misses_host(image.nodes[place])
 
 
 def newest_s(image: ProcessImage) -> float:

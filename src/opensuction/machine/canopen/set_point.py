@@ -58,8 +58,8 @@ def set_points(
 ) -> tuple[list[CanFrame], Axes]:
     """Frames of a cycle without heartbeat and SYNC, and what is remembered of both drives.
 
-    A node that is not operational gets none: it would take none. barred: places of drives that get
-    none either.
+    A node that is not operational gets none: it would take none. A drive that has missed its host
+    gets none either, until a controller has started anew. barred: places of further such drives.
     """
     commands = message.commands
     wanted = (commands.insertion_on, commands.valve_on)
@@ -67,7 +67,8 @@ def set_points(
     frames: list[CanFrame] = []
     after = list(axes)
     for place, axis in ((INSERTION, device.insertion), (VALVE, device.valve)):
-        if place in barred or not process_image.is_obeying(device, image, place, now_s):
+        obeys = process_image.is_obeying(device, image, place, now_s)
+        if place in barred or not obeys or process_image.has_missed_host(image, place):
             after[place] = AT_START
             continue
         control = _step_axis(

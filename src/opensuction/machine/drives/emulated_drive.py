@@ -93,6 +93,8 @@ class EmulatedDrive(EmulatedNode):
         self._speed = self._volts = 0.0
         self._has_target = self._is_homed = False
         self._barrier = interpolation.OPEN
+        self._stopped = (False, False)
+        """Inputs forbid motion to lower and to higher positions, in the axis' unit."""
         self._shift = 0
         super().__init__(axis.node, EDS, clock)
 
@@ -106,8 +108,7 @@ class EmulatedDrive(EmulatedNode):
         if self.withdraws:
             self.power = POWERED_UP._replace(state=PowerState.FAULT)
             self.values[Axis.ERROR_CODE, 0] = HOST_LOST
-        self._show()
-        self._show_status()
+        self.refresh()
 
     def on_set_points(self) -> None:
         """See `EmulatedNode.on_set_points`: outside operation they are ignored."""
@@ -168,16 +169,15 @@ class EmulatedDrive(EmulatedNode):
         moved = (seen.position - self._seen.position) / DT_S
         self._speed += (moved - self._speed) / SPEED_TICKS
         self._seen = seen
-        self._show()
+        up, down = (seen.inputs & self.values[one, 0] for one in (Axis.STOP_UP, Axis.STOP_DOWN))
+        self._stopped = (up != 0, down != 0) if self._scale < 0.0 else (down != 0, up != 0)
 
     def tick(self) -> Order:
         """The drive a tick on."""
         self._obey()
         self._check()
         self._move()
-        order = self._drive()
-        self._show_status()
-        return order
+        return self._drive()
 
     def fail(self, code: int, bits: int = 0) -> None:
         """See `EmulatedNode.fail`: the reaction to a fault begins."""
@@ -252,16 +252,9 @@ class EmulatedDrive(EmulatedNode):
         else:
             self._set_point = interpolation.hold(self._seen.position)
 
-    def _stopped_ways(self) -> tuple[bool, bool]:
-        """True where inputs forbid motion to lower and to higher positions, in the axis' unit."""
-        up, down = (
-            bool(self._seen.inputs & self.values[one, 0]) for one in (Axis.STOP_UP, Axis.STOP_DOWN)
-        )
-        return (up, down) if self._scale < 0 else (down, up)
-
     def _bounds(self) -> Bounds:
         """Bounds of the set point; an input that stops has the position at which it closed."""
-        axis, (lower, upper) = self.axis, self._stopped_ways()
+        axis, (lower, upper) = self.axis, self._stopped
         self._barrier = interpolation.close(self._barrier, self._seen.position, lower, upper)
         bounds = Bounds(axis.lowest, axis.highest, self._most_per_s())
         return interpolation.within(bounds, self._barrier)
@@ -313,14 +306,17 @@ class EmulatedDrive(EmulatedNode):
             return 0.0
         sign = 1.0 if self._scale > 0.0 else -1.0
         wanted_v = sign * self.values[Axis.TARGET_TORQUE, 0] / 1000.0 * self._motor.rated_v
-        lower, upper = self._stopped_ways()
+        lower, upper = self._stopped
         if (lower and wanted_v < 0.0) or (upper and wanted_v > 0.0):
             return 0.0
         return wanted_v
 
     # What the host sees.
 
-    def _show(self) -> None:
+    def refresh(self) -> None:
+        """See `EmulatedNode.refresh`."""
+        status = power_state.write_status(self.power.state, self._flags())
+        self.values[Axis.STATUS_WORD, 0] = status
         values, scale = self.values, self._scale
         values[Axis.POSITION, 0] = device.wrap(self._counts() + self._shift)
         values[Axis.VELOCITY, 0] = device.wrap(round(self._speed * scale))
@@ -332,15 +328,11 @@ class EmulatedDrive(EmulatedNode):
         ratio = round(1000.0 * sign * drive_v / self._motor.rated_v)
         values[Axis.TORQUE, 0] = min(max(ratio, -0x8000), 0x7FFF)
 
-    def _show_status(self) -> None:
-        status = power_state.write_status(self.power.state, self._flags())
-        self.values[Axis.STATUS_WORD, 0] = status
-
     def _flags(self) -> int:
         flags = power_state.REMOTE if self.nmt != Nmt.STOPPED else 0
         if self.values[Axis.ERROR_CODE, 0] == FOLLOWING:
             flags |= power_state.FOLLOWING_ERROR
-        if any(self._stopped_ways()):
+        if any(self._stopped):
             flags |= power_state.INTERNAL_LIMIT
         if self.power.state == PowerState.OPERATION_ENABLED:
             if self._mode == Mode.HOMING:

@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 
 from opensuction.host.host import Clock
 from opensuction.kernel.interface import Readings
+from opensuction.kernel.record import make_zero
 from opensuction.machine.canopen import device
 from opensuction.machine.canopen.device import Analogue, InputModule
 from opensuction.machine.canopen.objects import (
@@ -44,7 +45,7 @@ class EmulatedModule(EmulatedNode):
     """Inputs and outputs on the bus."""
 
     def __init__(self, module: InputModule, clock: Clock) -> None:
-        self.module = module
+        self.module, self._readings = module, make_zero(Readings)
         super().__init__(module.node, EDS, clock)
 
     def on_lost_host(self) -> None:
@@ -60,7 +61,12 @@ class EmulatedModule(EmulatedNode):
 
     def measure(self, readings: Readings) -> None:
         """Take what the sensors read."""
-        module, monitor = self.module, readings.monitor
+        self._readings = readings
+
+    def refresh(self) -> None:
+        """See `EmulatedNode.refresh`."""
+        module, readings = self.module, self._readings
+        monitor = readings.monitor
         for channel, value, is_valid in (
             (module.vacuum, readings.line_vacuum_mmhg, readings.vacuum_valid),
             (module.carriage, readings.carriage_mm, readings.carriage_valid),

@@ -136,6 +136,9 @@ class EmulatedNode:
     def on_boot(self) -> None:
         """All objects have their defaults."""
 
+    def refresh(self) -> None:
+        """Set the objects to what was measured last: somebody may ask for them now."""
+
     def on_set_points(self) -> None:
         """Set points have come, and count now."""
 
@@ -283,6 +286,8 @@ class EmulatedNode:
 
     def step(self) -> None:
         """Take what has come, send what is due, and look after the host."""
+        if self.transceiver.has_come:
+            self.refresh()
         self.network.step()
         if self.watch.has_lost(self.clock.monotonic_ns()):
             self._misses_host = True

@@ -67,6 +67,11 @@ class Transceiver:
                 else:
                     self._came.append(one)
 
+    @property
+    def has_come(self) -> bool:
+        """True while frames wait to be received."""
+        return bool(self._came)
+
     def take_leaving(self) -> list[CanFrame]:
         """Frames that leave for the bus now."""
         leaving, self.leaving = self.leaving, []
