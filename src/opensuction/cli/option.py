@@ -222,6 +222,11 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         help="The machine, by its name or the folder that its processes share.",
         show_default=False,
     ),
+    "node_faults": typer.Option(
+        "--node-fault",
+        help="Fault of one node of emulated drives, or of all of them. See below for names.",
+        metavar="NAME[@NODE][=STRENGTH]",
+    ),
     "mend": typer.Option(
         "--mend", help="First mend all that is broken, and forget what was to come; the bus stays."
     ),

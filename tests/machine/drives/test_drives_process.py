@@ -11,6 +11,8 @@ from typing import Any, cast
 import pytest
 from canopen.profiles.p402 import BaseNode402
 
+from opensuction.cli.command import inject
+from opensuction.cli.command.inject import InjectOptions
 from opensuction.host.host import Host, Steps
 from opensuction.kernel.errors import InputError
 from opensuction.machine import drives as package
@@ -86,6 +88,28 @@ def test_the_process_plays_the_twin_of_its_folder_behind_nodes_on_a_bus(folder: 
     process.end()
     with pytest.raises(InputError, match="no drives play in"):
         node_fault.mend(folder, process.host)
+
+
+def test_inject_breaks_and_mends_nodes(folder: Path) -> None:
+    drives_process.prepare(folder, *loop(), seed=1)
+    process = Process(folder)
+    wires = process.playing[0].drives.insertion.transceiver
+    asked = InjectOptions(folder, node_faults=("bus-off@1", "repeated=0.5"))
+    assert inject.run(asked) == 0
+    process.run(3)
+    assert wires.faults.is_off
+    assert not process.playing[0].drives.valve.transceiver.faults.is_off
+    node_fault.mend(folder, process.host)
+    process.run(2)
+    assert wires.faults == node_fault.MENDED
+    process.end()
+
+
+@pytest.mark.parametrize("text", ["none", "bus-off@x", "bus-off@200", "pdo-lost=2", "repeated=x"])
+def test_a_fault_that_cannot_be_is_refused_in_one_line(text: str) -> None:
+    with pytest.raises(InputError) as refused:
+        node_fault.parse(text)
+    assert "\n" not in str(refused.value)
 
 
 def test_what_cannot_be_played_is_refused_in_one_line(folder: Path) -> None:

@@ -23,6 +23,7 @@ class InjectOptions(NamedTuple):
 
     folder: Path
     faults: tuple[str, ...] = ()
+    node_faults: tuple[str, ...] = ()
     mend: bool = False
     latency_ms: float | None = None
     jitter_ms: float | None = None
@@ -69,6 +70,8 @@ class InjectionResult(NamedTuple):
     injected: tuple[FaultTaken, ...]
     came: tuple[FaultCome, ...]
     """Since the twin plays, in their order, mended or not."""
+    node_faults: tuple[str, ...] = ()
+    """Faults of nodes that emulated drives were sent."""
 
 
 def _bus(options: InjectOptions) -> "Bus | None":
@@ -106,6 +109,7 @@ def run(options: InjectOptions) -> int:
     carrier = _bus(options)
     folder = _find(options.folder)
     port.check_faults(folder)
+    _send_node_faults(options, folder)
     if options.mend:
         twin_faults.heal(folder)
     if carrier is not None:
@@ -120,9 +124,27 @@ def run(options: InjectOptions) -> int:
         came=tuple(
             FaultCome(one.fault.title, one.strength, one.tick) for one in twin_faults.came(folder)
         ),
+        node_faults=options.node_faults,
     )
     show(options.as_json, to_json(done), lambda console: _summarise(console, done))
     return entry.DONE
+
+
+def _send_node_faults(options: InjectOptions, folder: Path) -> None:
+    """Break nodes of emulated drives, or mend them. Raises InputError where none play."""
+    from opensuction.machine.canopen import device_file
+
+    mends = options.mend and (folder / device_file.NAME).exists()
+    if not (mends or options.node_faults):
+        return
+    from opensuction.host.this_computer import THIS_COMPUTER
+    from opensuction.machine.drives import node_fault
+
+    requests = [node_fault.parse(text) for text in options.node_faults]
+    if mends and node_fault.is_played(folder):
+        node_fault.mend(folder, THIS_COMPUTER)
+    for request in requests:
+        node_fault.inject(folder, request, THIS_COMPUTER)
 
 
 def _summarise(console: "Console", done: InjectionResult) -> None:
@@ -136,7 +158,9 @@ def _summarise(console: "Console", done: InjectionResult) -> None:
         )
     for taken in done.injected:
         console.print(f"Taken: {taken.name}{taken.at}{_strength(taken.strength)}")
-    if not (done.mended or done.bus or done.injected):
+    for name in done.node_faults:
+        console.print(f"Sent to the nodes: {name}")
+    if not (done.mended or done.bus or done.injected or done.node_faults):
         for come in done.came:
             console.print(f"Came in tick {come.tick}: {come.name}{_strength(come.strength)}")
         if not done.came:
@@ -160,7 +184,8 @@ COMMAND = Command(
     "latency plus or minus up to the jitter, drawn evenly for each, both ways alike, and "
     "so many never come. Without an option it says what has come so far. All faults: "
     "docs/reference/faults.md. What is wrong with the controller is done to its process "
-    "(kill, kill -STOP). Linux only.",
+    "(kill, kill -STOP). Nodes of opensuction drives break one by one: node-lost, bus-off, "
+    "encoder, emergency, pdo-lost=SHARE, repeated=SHARE, sync-late=MS. Linux only.",
     examples="""\b
 Examples:
   opensuction inject twin --fault line-leak=0.5           now
@@ -168,6 +193,7 @@ Examples:
   opensuction inject twin --fault encoder-frozen@12 --fault power-lost@20
   opensuction inject twin --mend                          all is well again
   opensuction inject twin --latency-ms 0.5 --jitter-ms 0.3 --lost-percent 0.1
+  opensuction inject drives --node-fault bus-off@1   cut node 1 off
   opensuction inject twin --json | jq .came""",
     ends="0 the twin has it",
 )

@@ -42,6 +42,7 @@ class NodeFault(StrEnum):
 
 _SHARES: Final = (NodeFault.PDO_LOST, NodeFault.REPEATED)
 _MOST_LATE_MS: Final = 1000
+_MOST_NODES: Final = 127
 
 
 class Request(NamedTuple):
@@ -54,10 +55,33 @@ class Request(NamedTuple):
 
     def check(self) -> None:
         """Refuse what cannot be; raises InputError."""
+        if not (0 <= self.node <= _MOST_NODES):
+            raise InputError(f"there is no node {self.node}: give 1 to {_MOST_NODES}")
         if self.fault in _SHARES and not 0.0 <= self.strength <= 1.0:
             raise InputError(f"{self.fault} is {self.strength:g}: give a share of frames, 0 to 1")
         if self.fault == NodeFault.SYNC_LATE and not 0.0 <= self.strength <= _MOST_LATE_MS:
             raise InputError(f"{self.fault} is {self.strength:g} ms: give 0 to {_MOST_LATE_MS} ms")
+
+
+def parse(text: str) -> Request:
+    """A fault as the command line writes it: NAME[@NODE][=STRENGTH]. Raises InputError."""
+    rest, _, strength = text.partition("=")
+    name, _, node = rest.partition("@")
+    if name not in tuple(NodeFault):
+        raise InputError(f"unknown fault of a node '{name}'; known: {', '.join(NodeFault)}")
+    try:
+        request = Request(
+            NodeFault(name), int(node) if node else ALL, float(strength) if strength else 1.0
+        )
+    except ValueError:
+        raise InputError(f"fault of a node '{text}': give NAME[@NODE][=STRENGTH]") from None
+    request.check()
+    return request
+
+
+def is_played(folder: Path) -> bool:
+    """True where drives play in a folder, or have played until they died."""
+    return (folder / REQUESTS).exists()
 
 
 def wire_faults(before: WireFaults, request: Request) -> WireFaults:
