@@ -7,7 +7,7 @@ control process, ring and all, on a machine that moves 1 ms a tick, whatever the
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import SupportsFloat, cast
+from typing import Generic, Protocol, SupportsFloat, TypeVar, cast
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from opensuction.ipc.ring import EventWriter, RingWriter
 from opensuction.kernel.interface import MESSAGE_COLUMNS, NO_REQUESTS, START, Requests
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import RESTING, Phase
-from opensuction.machine.port import EVERYTHING, MachineFacts
+from opensuction.machine.port import EVERYTHING, MachineFacts, Port
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import READINGS
 from opensuction.runtime.loop import ROW_COLUMNS, Around, ControlLoop
@@ -33,6 +33,16 @@ from opensuction.twin.plant import PlantState
 TICK_NS = round(DT_S * NS_PER_S)
 SLOTS = 16
 PHASE = ROW_COLUMNS.index("outputs.phase")
+
+
+class Steppable(Port, Protocol):
+    """A `ports.Port` to a machine that moves when it is told to."""
+
+    shown: list[Array]
+    """What it gave in each tick, by `SHOWN_COLUMNS`."""
+
+    def move(self, ticks: int) -> None:
+        """So many ticks of 1 ms."""
 
 
 class SteppedMachine:
@@ -91,19 +101,23 @@ class Buttons:
         return pressed, answers
 
 
-class SteppedRoom:
-    """Both of them."""
+Machine = TypeVar("Machine", bound=Steppable)
+
+
+class LoopRoom(Generic[Machine]):
+    """The loop before a machine."""
 
     def __init__(
         self,
         folder: Path,
+        machine: Machine,
         loop: Loop,
         state: LoopState,
         period: int = 1,
         host: Host = THIS_COMPUTER,
     ) -> None:
         """period: of the loop, in ticks of the machine."""
-        self.period, self.machine, self.buttons = period, SteppedMachine(loop, state), Buttons()
+        self.period, self.machine, self.buttons = period, machine, Buttons()
         call = RealTimeCall(loop.controller, loop.heads_mm, state.controller)
         self._files = ExitStack()
         ring = self._files.enter_context(
@@ -163,3 +177,18 @@ class SteppedRoom:
     def close(self) -> None:
         """Let go of the files."""
         self._files.close()
+
+
+class SteppedRoom(LoopRoom[SteppedMachine]):
+    """The loop before a twin."""
+
+    def __init__(
+        self,
+        folder: Path,
+        loop: Loop,
+        state: LoopState,
+        period: int = 1,
+        host: Host = THIS_COMPUTER,
+    ) -> None:
+        """See `LoopRoom`."""
+        super().__init__(folder, SteppedMachine(loop, state), loop, state, period, host)

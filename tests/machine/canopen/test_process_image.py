@@ -12,7 +12,7 @@ from opensuction.kernel.interface import Readings
 from opensuction.machine.canopen import power_state, process_image
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame
-from opensuction.machine.canopen.objects import EMERGENCY_ID, SYNC_ID, tpdo_id
+from opensuction.machine.canopen.objects import AXIS_MOTION, EMERGENCY_ID, SYNC_ID, tpdo_id
 from opensuction.machine.canopen.power_state import PowerState
 from opensuction.machine.canopen.process_image import EMPTY, STALE_S, ProcessImage
 from tests.machine.canopen.node_frames import (
@@ -220,3 +220,15 @@ def test_a_drive_that_left_operation_without_a_word_is_told() -> None:
     said = process_image.complaints(DEVICE, image, (lost, power_state.AT_START), 0.0)
     assert said == ("left operation without being told: switched on", "", "")
     assert not process_image.readings(DEVICE, image, said).head_valid
+
+
+def test_a_position_is_that_of_the_time_at_which_it_is_read() -> None:
+    """A drive answers SYNC, and its answer is read a period later; one that is lost, two later."""
+    speed_mm_per_s = 30.0
+    counts_per_s = round(speed_mm_per_s * DEVICE.insertion.counts_per_unit)
+    moving = CanFrame(tpdo_id(FIRST, 2), AXIS_MOTION.pack(counts_per_s, 0b10 << 16))
+    image = take([*sound_cycle(50.0), moving], at_s=1.0)
+    said = ("", "", "")
+    for late, periods in ((0, 1), (1, 2), (4, 2)):
+        found = process_image.readings(DEVICE, image, said, 1.0 + late * PERIOD_S)
+        assert found.head_mm == pytest.approx(50.0 + periods * speed_mm_per_s * PERIOD_S)

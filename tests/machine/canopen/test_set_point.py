@@ -86,7 +86,27 @@ def test_a_drive_that_comes_into_operation_moves_no_faster_than_its_limit() -> N
         assert abs(head_mm - (120.0 - cycle * step_mm)) < 0.01
 
 
-@given(st.floats(-1e6, 1e6), st.floats(-60.0, 450.0))
+def test_a_steady_motion_is_led_by_a_period_and_no_jump_is_doubled() -> None:
+    """A drive reaches a target a period after it was sent."""
+    image = image_of(*sound_cycle(0.0, ENABLED))
+    axes: Axes = (AxisControl(IN_OPERATION, 0.0), AT_START)
+    led_mm = []
+    for asked_mm in (0.0, 0.1, 0.2, 0.3, 0.3, 0.3, 0.2, 0.1, -0.3, -0.3):
+        _, axes = send(image, axes, message(head_mm=asked_mm))
+        led_mm.append(round(axes[0].target - asked_mm, 6))
+    assert led_mm == [0.0, 0.0, 0.1, 0.1, 0.0, 0.0, 0.0, -0.1, -0.1, 0.0]
+
+
+def test_an_axis_beyond_its_range_is_not_put_into_operation() -> None:
+    """Its drive would bring it into the range by itself, and at once."""
+    axes: Axes = (AT_START, AT_START)
+    image = image_of(*sound_cycle(DEVICE.insertion.lowest - 20.0, PowerState.SWITCH_ON_DISABLED))
+    for _ in range(50):
+        frames, axes = send(image, axes, message())
+        assert target(frames)[0] == power_state.DISABLE_VOLTAGE
+
+
+@given(st.floats(-1e6, 1e6), st.floats(-160.0, 450.0))
 def test_no_target_is_beyond_the_axis_range_or_its_speed(wanted_mm: float, at_mm: float) -> None:
     image = image_of(*sound_cycle(at_mm, ENABLED))
     frames, after = send(

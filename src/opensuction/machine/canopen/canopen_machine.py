@@ -68,6 +68,7 @@ class CanopenMachine:
         self.device, self._bus, self._host, self._lock = device, bus, host, lock
         self.image = process_image.EMPTY
         self._axes: Axes = (AT_START, AT_START)
+        self._read = (math.nan, math.nan)
         self._asking: dict[int, Asking] = {}
         self._refused: dict[int, str] = {}
         self._boots = [0, 0, 0]
@@ -111,7 +112,8 @@ class CanopenMachine:
         if self._number == 0 or newest_s > self._newest_s:
             self._number, self._newest_s = self._number + 1, newest_s
         self._say(said)
-        found = process_image.readings(self.device, self.image, said)
+        found = process_image.readings(self.device, self.image, said, now_s)
+        self._read = (found.head_mm, found.cam_rad)
         readings[:] = list(plain_row.numbers(found))
         return self._number
 
@@ -140,7 +142,7 @@ class CanopenMachine:
             self.image = process_image.forget_lost_host(self.image)
             self._restarted.clear()
         frames, self._axes = set_point.set_points(
-            self.device, self.image, self._axes, message, now_s, self._restarted
+            self.device, self.image, self._axes, message, now_s, self._restarted, self._read
         )
         # Half a period forgives a time that is a number of periods.
         beat_s = self.device.heartbeats.host_ms * 1e-3 - 0.5 * self.device.bus.period_s

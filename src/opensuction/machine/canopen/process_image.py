@@ -86,6 +86,8 @@ class AxisImage(NamedTuple):
     counts: int
     torque: int
     status_s: float
+    velocity: int
+    """Counts/s."""
     inputs: int
     motion_s: float
 
@@ -110,7 +112,7 @@ class ProcessImage(NamedTuple):
 
 
 _NODE: Final = NodeImage(NmtState.BOOTING, NEVER_S, 0, 0, "", 0.0, NEVER_S, NEVER_S)
-_AXIS: Final = AxisImage(0, 0, 0, NEVER_S, 0, NEVER_S)
+_AXIS: Final = AxisImage(0, 0, 0, NEVER_S, 0, 0, NEVER_S)
 EMPTY: Final = ProcessImage(
     (_NODE, _NODE, _NODE),
     (_AXIS, _AXIS),
@@ -187,8 +189,8 @@ def _take_readings(
         read_state(status)
         axis = axis._replace(status=status, counts=counts, torque=torque, status_s=now_s)
     elif service == tpdo_id(0, 2):
-        _, inputs = AXIS_MOTION.unpack(data)
-        axis = axis._replace(inputs=inputs, motion_s=now_s)
+        velocity, inputs = AXIS_MOTION.unpack(data)
+        axis = axis._replace(velocity=velocity, inputs=inputs, motion_s=now_s)
     insertion, valve = image.axes
     return image._replace(axes=(axis, valve) if place == INSERTION else (insertion, axis))
 
@@ -306,11 +308,16 @@ def _inputs(module: units.InputModule) -> tuple[Analogue, ...]:
     )
 
 
-def readings(device: Device, image: ProcessImage, said: Sequence[str]) -> Readings:
-    """Readings that the controller gets. said: `complaints`."""
+def readings(
+    device: Device, image: ProcessImage, said: Sequence[str], now_s: float = NEVER_S
+) -> Readings:
+    """Readings that the controller gets.
+
+    said: `complaints`. now_s: time for which positions count; without it, as they came.
+    """
     insertion, valve = image.axes
-    head_mm, head_valid = _position(device.insertion, insertion)
-    cam_rad, cam_valid = _position(device.valve, valve)
+    head_mm, head_valid = _position(device, device.insertion, insertion, now_s)
+    cam_rad, cam_valid = _position(device, device.valve, valve, now_s)
     inputs, wired = device.module, not said[MODULE]
     carriage_mm, carriage_valid = _value(inputs.carriage, image.module)
     vacuum_mmhg, vacuum_valid = _value(inputs.vacuum, image.module)
@@ -333,9 +340,20 @@ def readings(device: Device, image: ProcessImage, said: Sequence[str]) -> Readin
     )
 
 
-def _position(axis: DriveAxis, image: AxisImage) -> tuple[float, bool]:
-    """Position in mm or rad, and True where an axis can be there: within twice its range."""
+def _position(
+    device: Device, axis: DriveAxis, image: AxisImage, now_s: float
+) -> tuple[float, bool]:
+    """Position in mm or rad, and True where an axis can be there: within twice its range.
+
+    A drive answers SYNC with where it is then, and that is read a period later: by its speed it
+    has gone on meanwhile, and as far again while a frame is missing.
+    """
     found = units.position_of(axis, image.counts)
+    if now_s >= image.status_s > NEVER_S:
+        period_s = device.bus.period_s
+        age_s = period_s + min(now_s - image.status_s, period_s)
+        speed = image.velocity / axis.counts_per_unit
+        found += min(max(speed, -axis.most_per_s), axis.most_per_s) * age_s
     span = axis.highest - axis.lowest
     if not axis.lowest - span <= found <= axis.highest + span:
         return min(max(found, -LARGEST), LARGEST), False

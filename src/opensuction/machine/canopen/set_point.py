@@ -30,6 +30,8 @@ from opensuction.machine.canopen.process_image import INSERTION, MODULE, VALVE, 
 
 HOLD_S: Final = 0.012
 """[design] So long a control word stands: two within a millisecond are one for many drives."""
+STRAY_SHARE: Final = 0.005
+"""[design] Share of its range by which an axis may stand beyond it."""
 SYNC: Final = CanFrame(SYNC_ID, b"")
 HERE: Final = process_image.NmtState.OPERATIONAL.to_bytes(1, "little")
 """Heartbeat of the controller."""
@@ -42,10 +44,24 @@ class AxisControl(NamedTuple):
     power: PowerControl
     target: float
     """Position that was sent last, mm or rad; NaN: none."""
+    asked: float = math.nan
+    """Position that the controller asked for last."""
+    moved: float = 0.0
+    """Way from the one before to it."""
 
 
 AT_START: Final = AxisControl(power_state.AT_START, math.nan)
 Axes = tuple[AxisControl, AxisControl]
+
+
+class Asked(NamedTuple):
+    """Wishes of a controller for an axis."""
+
+    wanted: bool
+    """Torque on."""
+    position: float
+    read: float
+    """Position that it had read then."""
 
 
 def set_points(
@@ -55,11 +71,13 @@ def set_points(
     message: DriveMessage,
     now_s: float,
     barred: Collection[int] = (),
+    read: tuple[float, float] = (math.nan, math.nan),
 ) -> tuple[list[CanFrame], Axes]:
     """Frames of a cycle without heartbeat and SYNC, and what is remembered of both drives.
 
     A node that is not operational gets none: it would take none. A drive that has missed its host
     gets none either, until a controller has started anew. barred: places of further such drives.
+    read: positions that the controller had for the message.
     """
     commands = message.commands
     wanted = (commands.insertion_on, commands.valve_on)
@@ -72,7 +90,13 @@ def set_points(
             after[place] = AT_START
             continue
         control = _step_axis(
-            device, axis, image, place, axes[place], (wanted[place], positions[place]), message
+            device,
+            axis,
+            image,
+            place,
+            axes[place],
+            Asked(wanted[place], positions[place], read[place]),
+            message,
         )
         after[place] = control
         counts = units.counts_of(axis, control.target)
@@ -89,12 +113,14 @@ def _step_axis(
     image: ProcessImage,
     place: int,
     control: AxisControl,
-    asked: tuple[bool, float],
+    asked: Asked,
     message: DriveMessage,
 ) -> AxisControl:
-    """Control word and target of a drive in the next cycle. asked: torque on, and position."""
-    wanted, position = asked
+    """Control word and target of a drive in the next cycle."""
+    wanted, position, read = asked
     state = process_image.state_of(image, place)
+    if state != PowerState.OPERATION_ENABLED:
+        wanted = wanted and _is_in_range(axis, image.axes[place].counts)
     power = power_state.step_control(
         control.power,
         state,
@@ -105,10 +131,35 @@ def _step_axis(
     here = units.position_of(axis, image.axes[place].counts)
     follows = state == PowerState.OPERATION_ENABLED and power.word == ENABLE_OPERATION
     if not follows or math.isnan(control.target):
-        return AxisControl(power, here)
+        return AxisControl(power, here, here)
     step = axis.most_per_s * device.bus.period_s
-    target = min(max(position, control.target - step), control.target + step)
-    return AxisControl(power, min(max(target, axis.lowest), axis.highest))
+    moved = 0.0 if math.isnan(control.asked) else position - control.asked
+    # A command that is bound to where the axis was read has the speed of its encoder's steps.
+    target = position if position == read else position + _lead(moved, control.moved)
+    target = min(max(target, control.target - step), control.target + step)
+    return AxisControl(power, min(max(target, axis.lowest), axis.highest), position, moved)
+
+
+def _is_in_range(axis: DriveAxis, counts: int) -> bool:
+    """True where an axis stands within its range, or hardly beyond.
+
+    A drive would bring one that does not there by itself as soon as it is put into operation.
+    """
+    most = STRAY_SHARE * (axis.highest - axis.lowest)
+    here = units.position_of(axis, counts)
+    return axis.lowest - most <= here <= axis.highest + most
+
+
+def _lead(moved: float, before: float) -> float:
+    """Way to go on beyond a position by the time at which the drive has reached it.
+
+    A drive reaches a target a period after it was sent, and the controller has its position where
+    it is to be now. Only what two periods in a row have gone goes on: no jump is doubled, and a
+    motion that turns is not led.
+    """
+    if moved * before <= 0.0:
+        return 0.0
+    return moved if abs(moved) < abs(before) else before
 
 
 def _outputs(device: Device, message: DriveMessage) -> list[CanFrame]:

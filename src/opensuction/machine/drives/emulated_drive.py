@@ -5,6 +5,7 @@ control word once in a tick, too: of two that come within one, the first is neve
 transition 16 (back from quick stop) it does not have.
 """
 
+from collections import deque
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -26,6 +27,8 @@ from opensuction.machine.drives.pdo import Key
 EDS: Final = Path(__file__).with_name("axis.eds")
 DT_S: Final = 0.001
 """Length of a drive's tick."""
+FED_TICKS: Final = 16
+"""Ticks over which the velocity of the set point is averaged for the feedforward."""
 SPEED_TICKS: Final = 10
 """Time constant of the speed that a drive knows of its own encoder."""
 ENCODER_LOST, FOLLOWING = 0x7305, 0x8611
@@ -89,6 +92,7 @@ class EmulatedDrive(EmulatedNode):
         on."""
         self._set_point: SetPoint = interpolation.hold(0.0)
         self._servo_state = _AT_REST
+        self._velocities: deque[float] = deque(maxlen=FED_TICKS)
         self._seen = Seen(0.0, is_valid=True, drive_v=None, inputs=0)
         self._speed = self._volts = 0.0
         self._has_target = self._is_homed = False
@@ -204,6 +208,7 @@ class EmulatedDrive(EmulatedNode):
         if after == PowerState.OPERATION_ENABLED and before != after:
             self._set_point = interpolation.hold(self._seen.position)
             self._servo_state, self._has_target = _AT_REST, False
+            self._velocities.clear()
         if self.values[Axis.MODE, 0] in _MODES:
             self.values[Axis.MODE_SHOWN, 0] = self.values[Axis.MODE, 0]
 
@@ -288,8 +293,8 @@ class EmulatedDrive(EmulatedNode):
             state, volts = _SERVO(
                 self._servo,
                 self._servo_state,
-                self._set_point.position,
-                self._set_point.velocity,
+                self._position_now(),
+                self._fed_velocity(),
                 self._seen.position,
                 DT_S,
             )
@@ -298,6 +303,20 @@ class EmulatedDrive(EmulatedNode):
         volts = min(max(volts, back_emf_v - most_v), back_emf_v + most_v)
         self._volts = min(max(volts, -limit_v), limit_v)
         return Order(self._set_point.position, self._volts, is_on=True)
+
+    def _position_now(self) -> float:
+        """Set point at the tick's beginning, as what is measured; an input that stops, at once."""
+        way = 0.0 if self._barrier != interpolation.OPEN else self._set_point.velocity * DT_S
+        return self._set_point.position - way
+
+    def _fed_velocity(self) -> float:
+        """Velocity for the feedforward: between two targets it goes over from one to the next.
+
+        Targets are whole counts, and their difference steps: the axis' lead would make jolts of
+        that, and the supply cut them off.
+        """
+        self._velocities.append(self._set_point.velocity)
+        return sum(self._velocities) / len(self._velocities)
 
     def _torque_v(self) -> float:
         """Volts for the target torque; none while braking, before a target, or into a stop."""

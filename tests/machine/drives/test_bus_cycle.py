@@ -1,0 +1,105 @@
+"""Whole cycles over the bus, held against the same cycles of the twin in the loop's own process."""
+
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from opensuction.kernel.vocabulary import Phase
+from opensuction.oracle import exposure, harm
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.cycle.cycle_run import Prepared
+from tests.machine.drives.bus_room import BusRoom
+from tests.runtime.stepped_room import SteppedRoom
+
+AFTER_S = 0.5
+MORE = 1.1
+"""Tip error over that of the twin in the same process: asked."""
+TABLE_I = CycleChoice()
+TABLE_II = CycleChoice(approach="contact")
+
+
+class Cycle(NamedTuple):
+    """What came of one."""
+
+    tracking_mm: float
+    """Root mean square of tip less reference, from the way in to the way out."""
+    phases: tuple[Phase, ...]
+    tripped: bool
+    signalled: bool
+    """People were told something after the machine had been started."""
+    alone: bool
+    """The drives acted by themselves."""
+    harmed: tuple[str, ...]
+
+
+@cache
+def prepared(choice: CycleChoice) -> Prepared:
+    return cycle_run.prepare(resolution.resolve(choice))
+
+
+def play(room: BusRoom | SteppedRoom, choice: CycleChoice) -> Cycle:
+    """A cycle from power-up on."""
+    room.run(0.3)
+    room.cycle()
+    room.run(AFTER_S)
+    room.close()
+    columns, shown, loop = room.columns(), room.shown(), prepared(choice).loop
+    phase = columns["outputs.phase"]
+    first = room.first_tick if isinstance(room, BusRoom) else 0
+    tip_mm = shown["truth.tip_mm"][first : first + len(phase) * room.period : room.period]
+    moving = (phase >= Phase.INSERTING) & (phase <= Phase.WITHDRAWING)
+    off_mm = (tip_mm - columns["outputs.demand.reference_mm"])[moving]
+    found = harm.find(
+        loop.machine, exposure.measure(loop.machine, shown), loop.controller.limits.cap_mm
+    )
+    return Cycle(
+        float(np.sqrt(np.mean(off_mm * off_mm))),
+        tuple(Phase(int(one)) for one in phase[np.flatnonzero(np.diff(phase, prepend=-1.0))]),
+        bool(columns["outputs.verdict.trips"].any()),
+        bool(columns["outputs.signals.present"].any()),
+        bool(shown["alone"].any()),
+        tuple(one.name for one in found),
+    )
+
+
+def check(folder: Path, choice: CycleChoice, period: int) -> tuple[Cycle, Cycle]:
+    """The same cycle on the bus and in the process: both complete, and harm nobody."""
+    made = prepared(choice)
+    bus = play(BusRoom(folder, made.loop, made.start, period), choice)
+    twin = play(SteppedRoom(folder, made.loop, made.start, period), choice)
+    for one in (bus, twin):
+        assert one.phases[-1] == Phase.PARKED
+        assert not any((one.tripped, one.signalled, one.alone, one.harmed))
+    assert bus.phases == twin.phases
+    return bus, twin
+
+
+def test_a_cycle_by_table_i_goes_over_the_bus_as_in_one_process(tmp_path: Path) -> None:
+    bus, twin = check(tmp_path, TABLE_I, 4)
+    assert bus.tracking_mm < MORE * twin.tracking_mm
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(
+    ("choice", "period"), [(TABLE_I, 2), (TABLE_II, 4), (TABLE_II, 2)], ids=str
+)
+def test_the_papers_cycles_go_over_the_bus_at_either_rate(
+    tmp_path: Path, choice: CycleChoice, period: int
+) -> None:
+    bus, twin = check(tmp_path, choice, period)
+    assert bus.tracking_mm < MORE * twin.tracking_mm
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("period", [4, 2])
+@pytest.mark.parametrize(
+    ("patient", "approach"), [("neonate", "travel"), ("adult-icu", "contact")], ids=str
+)
+def test_a_cycle_on_a_patient_goes_over_the_bus(
+    tmp_path: Path, patient: str, approach: str, period: int
+) -> None:
+    check(tmp_path, CycleChoice(RigChoice(patient=patient, seed=3), approach=approach), period)
