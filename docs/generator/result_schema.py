@@ -21,6 +21,7 @@ from opensuction.evidence.lives.lives import LivesResult, PlayedLife
 from opensuction.evidence.paper.reproduction import ReproductionResult
 from opensuction.result.calibration_result import CalibrationResult
 from opensuction.result.day_result import CycleAndDay
+from opensuction.result.device_check_result import DeviceCheckResult
 from opensuction.result.identification_result import (
     ComparisonResult,
     IdentificationResult,
@@ -83,6 +84,7 @@ OBJECTS = {
     "simulate-play": CommandObject(PlayedLife),
     "benchmark": CommandObject(BenchmarkFigures),
     "reproduce": CommandObject(ReproductionResult),
+    "device": CommandObject(DeviceCheckResult),
     "audit": CommandObject(AuditResult),
     "users": CommandObject(UsersResult),
     "cache": CommandObject(CacheResult),

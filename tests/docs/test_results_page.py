@@ -21,6 +21,7 @@ def test_the_page_names_what_only_the_schema_describes() -> None:
         "run",
         "ask",
         "inject",
+        "device",
         "users",
         "cache",
         "replay-several",

@@ -273,6 +273,15 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         "drives.",
         metavar="FILE",
     ),
+    "device_act": typer.Argument(help="Act: check.", metavar="ACT", show_default=False),
+    "device_path": typer.Argument(
+        help="Device file (TOML): bus, nodes, units and limits.",
+        metavar="FILE",
+        show_default=False,
+    ),
+    "moves": typer.Option(
+        "--move", help="Move each axis a small way, too, and draw a vacuum; asks first."
+    ),
     "anew": typer.Option(
         "--anew", help="End what an earlier run of this name has left, its patient included."
     ),

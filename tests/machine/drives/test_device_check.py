@@ -8,7 +8,8 @@ from opensuction.host.host import Steps, finish
 from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import device_check
 from opensuction.machine.canopen.device import Device
-from opensuction.machine.canopen.device_check import DeviceCheck, MoveFound
+from opensuction.machine.canopen.device_check import DeviceCheck
+from opensuction.result.device_check_result import MoveFound
 from tests.machine.canopen.stepped_bus import stepped_host
 from tests.machine.drives.emulated_bench import DEVICE, EmulatedBench
 
@@ -65,16 +66,21 @@ def test_a_node_that_is_not_there_is_named() -> None:
 
 
 def test_a_machine_as_its_device_file_says_has_no_problem() -> None:
-    checked = Checked()
-    head = checked.move_head()
+    checked, told = Checked(), list[str]()
+    found = checked.do(
+        device_check.check(DEVICE, checked.bench.bus, checked.host, moves=True, tell=told.append)
+    )
+    (head, valve), vacuum = found.moves, found.vacuum
+    assert found.ok
+    assert not found.problems
+    assert len(told) == 5
     assert head.problem == ""
     assert head.by_drive == pytest.approx(5.0, abs=0.3)
     assert head.by_second_sensor == pytest.approx(5.0, abs=0.5)
     assert abs(checked.bench.shown("readings.head_mm")) < 0.3  # it is back
-    valve = checked.do(checked.check.move_valve())
     assert (valve.problem, valve.by_second_sensor) == ("", None)
     assert valve.by_drive == pytest.approx(0.1, abs=0.02)
-    vacuum = checked.do(checked.check.test_vacuum())
+    assert vacuum is not None
     assert vacuum.problem == ""
     assert vacuum.reached_mmhg == pytest.approx(50.0, abs=10.0)
     assert vacuum.left_mmhg <= 10.0

@@ -279,12 +279,20 @@ def _capabilities(device: Device) -> Capabilities:
     )
 
 
-def attach(folder: Path, host: Host) -> CanopenMachine:
-    """See `port.Backend.attach`: the machine of the folder's device file."""
-    device = device_file.find(folder)
-    lock = host.locks.take_file(folder / LOCK)
+def hold(folder: Path, host: Host) -> Lock:
+    """Hold a folder's machine against others. Raises InputError where another one does."""
+    try:
+        lock = host.locks.take_file(folder / LOCK)
+    except OSError as error:
+        raise InputError(f"{folder / LOCK} cannot be written: {error.strerror}") from None
     if lock is None:
         raise InputError(f"the machine of {folder} is being driven by another process")
+    return lock
+
+
+def attach(folder: Path, host: Host) -> CanopenMachine:
+    """See `port.Backend.attach`: the machine of the folder's device file."""
+    device, lock = device_file.find(folder), hold(folder, host)
     try:
         bus = open_bus(device.bus, host, HOST_NAME, folder)
     except InputError:

@@ -10,7 +10,7 @@ Steps, as of any process (`host.host.Steps`): the caller sleeps until the next o
 
 import math
 from collections.abc import Callable, Generator
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,13 @@ from opensuction.machine.canopen.canopen_machine import SET_UP_S, CanopenMachine
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus
 from opensuction.machine.canopen.process_image import NAMES
+from opensuction.result.device_check_result import (
+    DeviceCheckResult,
+    InputsFound,
+    MoveFound,
+    NodeFound,
+    VacuumFound,
+)
 
 TORQUE_SHARE: Final = 0.5
 """Of the device file's highest torque, for the moves."""
@@ -42,38 +49,72 @@ VACUUM_MMHG, VACUUM_S, VENTS_S = 50.0, 10.0, 5.0
 Result = TypeVar("Result")
 
 
-class NodeFound(NamedTuple):
-    """Node on the bus, as it says itself."""
+def check(
+    device: Device, bus: FrameBus, host: Host, *, moves: bool, tell: Callable[[str], None]
+) -> Steps[DeviceCheckResult]:
+    """Check a machine. moves: axes are moved and a vacuum is drawn, too. tell: of what is done.
 
-    name: str
-    node: int
-    vendor: int
-    product: int
-    revision: int
+    Raises InputError where a node does not answer, or is not as the device file says.
+    """
+    tell("Asking the nodes who they are")
+    nodes = yield from identify(device, bus, host)
+    tell("Setting them up and reading their inputs")
+    checked = DeviceCheck(device, bus, host)
+    inputs = _list_inputs((yield from checked.set_up()))
+    found: list[MoveFound] = []
+    vacuum, problems = None, _missing(inputs)
+    if moves:
+        tell(f"Moving the head by {TAKE_UP_MM + MOVE_MM:g} mm inwards and back")
+        found.append((yield from checked.move_head()))
+        tell(f"Moving the valve by {MOVE_RAD:g} rad; its spring closes it")
+        found.append((yield from checked.move_valve()))
+        tell(f"Drawing {VACUUM_MMHG:g} mmHg, and venting")
+        vacuum = yield from checked.test_vacuum()
+        problems += [f"{one.axis}: {one.problem}" for one in found if one.problem]
+        problems += [f"vacuum: {vacuum.problem}"] if vacuum.problem else []
+    return DeviceCheckResult(
+        ok=not problems,
+        device=device.name,
+        in_silico=device.in_silico,
+        interface=device.bus.interface,
+        channel=device.bus.channel,
+        nodes=nodes,
+        inputs=inputs,
+        moves=tuple(found),
+        vacuum=vacuum,
+        problems=tuple(problems),
+    )
 
 
-class MoveFound(NamedTuple):
-    """Small move of an axis."""
+def _list_inputs(found: Readings) -> InputsFound:
+    """Readings, without those that are not valid."""
+    monitor = found.monitor
+    return InputsFound(
+        head_mm=found.head_mm if found.head_valid else None,
+        carriage_mm=found.carriage_mm if found.carriage_valid else None,
+        cam_rad=found.cam_rad if found.cam_valid else None,
+        line_vacuum_mmhg=found.line_vacuum_mmhg if found.vacuum_valid else None,
+        contact_closed=found.contact_closed if found.contact_valid else None,
+        mouth_clear=found.mouth_clear,
+        monitor_connected=monitor.connected,
+        spo2_percent=monitor.spo2_percent if monitor.spo2_valid else None,
+        heart_rate_per_min=monitor.heart_rate_per_min if monitor.heart_rate_valid else None,
+        airway_pressure_cmh2o=(
+            monitor.airway_pressure_cmh2o if monitor.airway_pressure_valid else None
+        ),
+    )
 
-    axis: str
-    unit: str
-    asked: float
-    by_drive: float
-    """By the encoder on the motor."""
-    by_second_sensor: float | None
-    """None: the axis has none, and a person has to look."""
-    problem: str
-    """Empty: there is none."""
 
-
-class VacuumFound(NamedTuple):
-    """Test of pump, regulator, sensor and vent."""
-
-    asked_mmhg: float
-    reached_mmhg: float
-    left_mmhg: float
-    """After the line was vented."""
-    problem: str
+def _missing(inputs: InputsFound) -> list[str]:
+    """Inputs that no machine does without, and that tell nothing."""
+    names = {
+        "head_mm": "the insertion drive tells no position",
+        "carriage_mm": "the head's second sensor tells nothing",
+        "cam_rad": "the valve drive tells no position",
+        "line_vacuum_mmhg": "the vacuum sensor tells nothing",
+        "contact_closed": "the line of the contact switch is open",
+    }
+    return [words for name, words in names.items() if getattr(inputs, name) is None]
 
 
 def identify(device: Device, bus: FrameBus, host: Host) -> Steps[tuple[NodeFound, ...]]:
