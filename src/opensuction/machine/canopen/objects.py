@@ -74,6 +74,7 @@ class Axis(IntEnum):
     POSITION = 0x6064
     FOLLOWING_ERROR_WINDOW = 0x6065
     VELOCITY = 0x606C
+    """In counts/s: readings are carried on by it, over a period or two."""
     TARGET_TORQUE = 0x6071
     MAX_TORQUE = 0x6072
     RATED_CURRENT_MA = 0x6075
