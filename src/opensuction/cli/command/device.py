@@ -116,23 +116,23 @@ def _summarise(console: "Console", device: "Device", found: "DeviceCheckResult")
 def _list_inputs(device: "Device", inputs: "InputsFound") -> list[str]:
     """Inputs in words, those that the machine does not have left out."""
 
-    def value(found: float | None, unit: str) -> str:
+    def quantity(found: float | None, unit: str) -> str:
         return "tells nothing" if found is None else f"{found:.2f} {unit}"
 
     switch = {None: "line open", True: "closed", False: "open"}[inputs.contact_closed]
     lines = [
-        f"head {value(inputs.head_mm, 'mm')}, second sensor {value(inputs.carriage_mm, 'mm')}",
-        f"cam {value(inputs.cam_rad, 'rad')}",
-        f"vacuum {value(inputs.line_vacuum_mmhg, 'mmHg')}",
+        f"head {quantity(inputs.head_mm, 'mm')}, second sensor {value(inputs.carriage_mm, 'mm')}",
+        f"cam {quantity(inputs.cam_rad, 'rad')}",
+        f"vacuum {quantity(inputs.line_vacuum_mmhg, 'mmHg')}",
         f"contact switch {switch}",
     ]
     if device.module.mouth_bit >= 0:
         lines.append(f"light barrier {'clear' if inputs.mouth_clear else 'dark'}")
     if device.module.monitor_bit >= 0:
         values = (
-            value(inputs.spo2_percent, "%"),
-            value(inputs.heart_rate_per_min, "1/min"),
-            value(inputs.airway_pressure_cmh2o, "cmH2O"),
+            quantity(inputs.spo2_percent, "%"),
+            quantity(inputs.heart_rate_per_min, "1/min"),
+            quantity(inputs.airway_pressure_cmh2o, "cmH2O"),
         )
         told = ", ".join(values) if inputs.monitor_connected else "not connected"
         lines.append(f"patient monitor {told}")
