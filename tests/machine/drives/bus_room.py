@@ -5,10 +5,12 @@ each do what is due at an instant; frames that leave come to the others later, a
 """
 
 import heapq
+import os
+import pickle
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -28,6 +30,26 @@ from tests.runtime.stepped_room import TICK_NS, LoopRoom
 
 EMULATED = device_file.load(device_file.EMULATED)
 SETS_UP_MS = 2000
+Result = TypeVar("Result")
+
+
+def branch(play: Callable[[], Result]) -> Result:
+    """Play on in a copy of this process; where it comes to, while nothing has happened here."""
+    reads, writes = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        try:
+            with os.fdopen(writes, "wb") as pipe:
+                pickle.dump(play(), pipe)
+        finally:
+            os._exit(0)
+    os.close(writes)
+    with os.fdopen(reads, "rb") as pipe:
+        data = pipe.read()
+    os.waitpid(pid, 0)
+    assert data, "the copy has failed"
+    found: Result = pickle.loads(data)
+    return found
 
 
 class Noise(NamedTuple):
@@ -35,12 +57,14 @@ class Noise(NamedTuple):
 
     lost: float = 0.0
     twice: float = 0.0
+    late: float = 0.0
+    """Of what a participant sends at once: it waits for the bus, and what it sends next as well."""
     late_ticks: int = 0
-    """Each frame is drawn to come up to so many ticks later; a later one may overtake it."""
+    """It comes up to so many ticks later."""
 
 
 class DelayedWire(Wire):
-    """A wire on which a frame comes a while after it was sent, or not, or twice."""
+    """A wire on which frames come a while after they were sent, or not, or twice; in order."""
 
     def __init__(self, clock: SteppedClock, seed: int) -> None:
         super().__init__()
@@ -48,22 +72,28 @@ class DelayedWire(Wire):
         self._clock, self._chance = clock, random.Random(seed)
         self._waiting: list[tuple[int, int, MemoryBus, CanFrame]] = []
         self._number = 0
+        self._busy_ns: dict[int, int] = {}
+        """Until when what a participant has sent waits."""
 
     def carry(self, sender: MemoryBus, frames: Sequence[CanFrame]) -> None:
         """See `Wire.carry`."""
+        due_ns = max(self._clock.now_ns, self._busy_ns.get(id(sender), 0))
+        if self._is_drawn(self.noise.late):
+            late_ns = self._chance.randint(1, self.noise.late_ticks) * TICK_NS
+            due_ns = max(due_ns, self._clock.now_ns + late_ns)
+        self._busy_ns[id(sender)] = due_ns
         for one in self.participants:
             if one is not sender:
                 for frame in frames:
-                    self._send(one, frame)
+                    self._send(one, frame, due_ns)
 
-    def _send(self, to: MemoryBus, frame: CanFrame) -> None:
-        lost, twice, late_ticks = self.noise
-        if lost and self._chance.random() < lost:
+    def _is_drawn(self, share: float) -> bool:
+        return share > 0.0 and self._chance.random() < share
+
+    def _send(self, to: MemoryBus, frame: CanFrame, due_ns: int) -> None:
+        if self._is_drawn(self.noise.lost):
             return
-        for _ in range(2 if twice and self._chance.random() < twice else 1):
-            due_ns = self._clock.now_ns
-            if late_ticks:
-                due_ns += self._chance.randint(0, late_ticks) * TICK_NS
+        for _ in range(2 if self._is_drawn(self.noise.twice) else 1):
             self._number += 1
             heapq.heappush(self._waiting, (due_ns, self._number, to, frame))
 

@@ -12,7 +12,7 @@ from opensuction.oracle import exposure, harm
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from tests.machine.drives.bus_room import BusRoom
+from tests.machine.drives.bus_room import BusRoom, Noise
 from tests.runtime.stepped_room import SteppedRoom
 
 AFTER_S = 0.5
@@ -95,6 +95,14 @@ def test_the_papers_cycles_go_over_the_bus_at_either_rate(
 
 
 @pytest.mark.sweep
+def test_a_drive_has_its_torque_while_it_gains_speed(tmp_path: Path) -> None:
+    """On the way back from contact; with a part of it the head is late, and overshoots by 2 mm."""
+    choice = CycleChoice(RigChoice(seed=3), approach="contact")
+    bus, twin = check(tmp_path, choice, 2)
+    assert bus.tracking_mm < 1.5 * twin.tracking_mm
+
+
+@pytest.mark.sweep
 @pytest.mark.parametrize("period", [4, 2])
 @pytest.mark.parametrize(
     ("patient", "approach"), [("neonate", "travel"), ("adult-icu", "contact")], ids=str
@@ -103,3 +111,16 @@ def test_a_cycle_on_a_patient_goes_over_the_bus(
     tmp_path: Path, patient: str, approach: str, period: int
 ) -> None:
     check(tmp_path, CycleChoice(RigChoice(patient=patient, seed=3), approach=approach), period)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("period", [4, 2])
+def test_a_bus_that_is_noisy_within_its_tolerance_trips_nothing(
+    tmp_path: Path, period: int
+) -> None:
+    made = prepared(TABLE_I)
+    room = BusRoom(tmp_path, made.loop, made.start, period)
+    room.machine.wire.noise = Noise(lost=0.01, twice=0.01, late=0.1, late_ticks=period)
+    bus = play(room, TABLE_I)
+    assert bus.phases[-1] == Phase.PARKED
+    assert not any((bus.tripped, bus.signalled, bus.alone, bus.harmed))

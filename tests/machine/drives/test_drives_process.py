@@ -24,6 +24,7 @@ from opensuction.machine.drives import drives_process, emulated_drive, node_faul
 from opensuction.machine.drives.drives_process import Playing
 from opensuction.machine.drives.node_fault import NodeFault, Request
 from opensuction.machine.twin.twin_machine import TwinTruth
+from opensuction.safety.condition import Condition
 from tests.machine.canopen.stepped_bus import SteppedClock, stepped_host
 from tests.machine.drives.emulated_bench import (
     INSERTION,
@@ -229,6 +230,15 @@ def test_a_module_that_fails_switches_its_outputs_off(bench: EmulatedBench) -> N
     bench.drives.break_down(Request(NodeFault.EMERGENCY, MODULE))
     bench.cycle()
     assert bench.drives.row[6:8].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("fault", [NodeFault.BUS_OFF, NodeFault.NODE_LOST])
+def test_a_module_that_nobody_reaches_is_told_at_the_bedside(
+    bench: EmulatedBench, fault: NodeFault
+) -> None:
+    bench.drives.break_down(Request(fault, MODULE))
+    cycles(bench, 10)
+    assert bench.drives.row[8] == 1 << Condition.WATCHDOG_FIRED
 
 
 class Pumped(threading.Condition):

@@ -282,7 +282,7 @@ class EmulatedDrive(EmulatedNode):
 
     def _drive(self) -> Order:
         """Volts of the motor."""
-        back_emf_v = self._speed / self._motor.speed_per_v
+        back_emf_v = self._back_emf_v()
         most_v = self.values[Axis.MAX_TORQUE, 0] / 1000.0 * self._motor.rated_v
         if not self.has_torque:
             self._servo_state, self._volts = _AT_REST, 0.0
@@ -317,6 +317,15 @@ class EmulatedDrive(EmulatedNode):
         """
         self._velocities.append(self._set_point.velocity)
         return sum(self._velocities) / len(self._velocities)
+
+    def _back_emf_v(self) -> float:
+        """Volts that drive no current: by the current where it is measured, as a drive limits that.
+
+        The averaged speed is late, and would take two thirds of the torque while the axis gains it.
+        """
+        if self._seen.drive_v is not None and self._volts:
+            return self._volts - self._seen.drive_v
+        return self._speed / self._motor.speed_per_v
 
     def _torque_v(self) -> float:
         """Volts for the target torque; none while braking, before a target, or into a stop."""

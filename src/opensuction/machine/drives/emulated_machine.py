@@ -21,7 +21,7 @@ from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus
 from opensuction.machine.drives import node_fault
 from opensuction.machine.drives.emulated_drive import EmulatedDrive, Motor, Order, Seen
-from opensuction.machine.drives.emulated_module import EmulatedModule, Outputs
+from opensuction.machine.drives.emulated_module import ALONE, EmulatedModule, Outputs
 from opensuction.machine.drives.emulated_node import INTERNAL, EmulatedNode
 from opensuction.machine.drives.node_fault import ALL, NodeFault, Request
 from opensuction.machine.twin.twin_machine import SHOWN_READINGS
@@ -34,7 +34,9 @@ _ALONE: Final = SHOWN_COLUMNS.index("alone")
 _NO_MAINS: Final = 0x3120
 """Error code of CiA 402: the supply's voltage is too low. The drives have reserve energy."""
 _NO_TORQUE: Final = Order(0.0, 0.0, is_on=False)
-_NO_OUTPUT: Final = Outputs(pump_on=False, vacuum_mmhg=0.0, wanted=0, reset=False, released=False)
+_NO_OUTPUT: Final = Outputs(
+    pump_on=False, vacuum_mmhg=0.0, wanted=ALONE, reset=False, released=False
+)
 
 
 class Servos(NamedTuple):

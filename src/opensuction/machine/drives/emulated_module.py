@@ -17,8 +17,12 @@ from opensuction.machine.canopen.objects import (
     Module,
 )
 from opensuction.machine.drives.emulated_node import EmulatedNode
+from opensuction.safety.condition import Condition
 
 EDS: Final = Path(__file__).with_name("module.eds")
+ALONE: Final = 1 << Condition.WATCHDOG_FIRED
+"""Told at the bedside without a host: the display has a battery of its own, and a line that opens
+where the module is lost."""
 _CHANNELS: Final = 8
 _INPUT_BYTES: Final = 2
 
@@ -99,7 +103,7 @@ class EmulatedModule(EmulatedNode):
         return Outputs(
             pump_on=bool(values[Module.DIGITAL_OUTPUTS, 1] >> module.pump_bit & 1),
             vacuum_mmhg=max(device.value_of(module.regulator, counts), 0.0),
-            wanted=told & ((1 << CONDITION_BITS) - 1),
+            wanted=told & ((1 << CONDITION_BITS) - 1) | (ALONE if self._misses_host else 0),
             reset=bool(flags & AnnunciatorFlag.RESET),
             released=bool(flags & AnnunciatorFlag.RELEASED),
         )

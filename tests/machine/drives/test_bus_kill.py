@@ -1,0 +1,141 @@
+"""Death of the controller, and faults of nodes, at the edges and in the middle of each phase.
+
+A cycle on a newborn is played once to know its phases, and again; at each instant a copy goes on by
+itself. The oracle judges by the twin's truth.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from opensuction.kernel.interface import START
+from opensuction.kernel.vocabulary import Phase
+from opensuction.machine.drives.node_fault import NodeFault, Request
+from opensuction.oracle import exposure, harm
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.simulation import outcome
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.machine.drives.bus_room import EMULATED, BusRoom, branch
+from tests.machine.drives.test_bus_cycle import prepared
+
+pytestmark = pytest.mark.sweep
+
+NEWBORN = CycleChoice(RigChoice(patient="neonate", seed=3))
+RESTS_S = 0.3
+MOST_S = 60.0
+OUT_S = 12.0
+"""From any instant on the drives bring the catheter out, or the controller does."""
+INSIDE = (Phase.INSERTING, Phase.SUCTIONING, Phase.WITHDRAWING)
+ALONE, VALVE_ON = (SHOWN_COLUMNS.index(name) for name in ("alone", "commands.valve_on"))
+
+
+class End(NamedTuple):
+    """What came of an instant."""
+
+    alone_ms: int
+    """Until the drives acted by themselves; -1: never."""
+    valve_torque: bool
+    """The valve's motor had torque while they did."""
+    harmed: tuple[str, ...]
+    told: tuple[str, ...]
+    """What people are told in the end."""
+
+
+def judge(room: BusRoom, since: int) -> End:
+    """The end of a run. since: tick of the twin from which on the drives may act alone."""
+    loop, shown = prepared(NEWBORN).loop, room.shown()
+    rows = np.array(room.machine.shown[since:])
+    alone = np.flatnonzero(rows[:, ALONE])
+    borne = exposure.measure(loop.machine, shown)
+    found = harm.find(loop.machine, borne, loop.controller.limits.cap_mm)
+    return End(
+        int(alone[0]) + 1 if len(alone) else -1,
+        bool(rows[alone, VALVE_ON].any()),
+        tuple(one.name for one in found),
+        tuple(one.name for one in outcome.showing(shown)),
+    )
+
+
+def kill(room: BusRoom) -> End:
+    """The controller is no more."""
+    since = len(room.machine.shown)
+    room.machine.move(round(OUT_S / DT_S))
+    return judge(room, since)
+
+
+def break_down(room: BusRoom, request: Request) -> End:
+    """A node has a fault; the controller lives."""
+    since = len(room.machine.shown)
+    room.machine.drives.break_down(request)
+    room.run(OUT_S)
+    return judge(room, since)
+
+
+def play(folder: Path, period: int) -> Iterator[tuple[int, BusRoom]]:
+    """A cycle, step by step: number of the next one."""
+    made = prepared(NEWBORN)
+    room = BusRoom(folder, made.loop, made.start, period)
+    room.run(RESTS_S)
+    began = len(room.rows)
+    room.step(START)
+    while room.phase() != Phase.PARKED or len(room.rows) - began < 10:
+        assert len(room.rows) * period * DT_S < MOST_S
+        yield len(room.rows), room
+        room.step()
+    room.close()
+
+
+def phases(folder: Path, period: int) -> dict[Phase, tuple[int, int]]:
+    """First step of each phase, and of the next one."""
+    found = [(number, room.phase()) for number, room in play(folder, period)]
+    return {
+        phase: (
+            min(n for n, one in found if one == phase),
+            max(n for n, one in found if one == phase),
+        )
+        for phase in dict.fromkeys(one for _, one in found)
+    }
+
+
+def at_each(
+    folder: Path, period: int, instants: set[int], happens: Callable[[BusRoom], End]
+) -> dict[tuple[int, Phase], End]:
+    """What comes of something that happens at each of the instants."""
+    return {
+        (number, room.phase()): branch(partial(happens, room))
+        for number, room in play(folder, period)
+        if number in instants
+    }
+
+
+@pytest.mark.parametrize("period", [4, 2])
+def test_the_drives_act_in_time_whenever_the_controller_dies(tmp_path: Path, period: int) -> None:
+    edges = [step for span in phases(tmp_path, period).values() for step in span]
+    instants = {edge + off for edge in edges for off in (-1, 0, 1)}
+    ends = at_each(tmp_path, period, instants, kill)
+    assert len(ends) > 20
+    most_ms = EMULATED.heartbeats.lost_host_ms + period
+    for at, end in ends.items():
+        assert 0 < end.alone_ms <= most_ms, (at, end)
+        assert not end.valve_torque, (at, end)
+        assert end.harmed == (), (at, end)
+        assert end.told, (at, end)
+
+
+@pytest.mark.parametrize("fault", [NodeFault.NODE_LOST, NodeFault.BUS_OFF, NodeFault.EMERGENCY])
+def test_a_node_that_fails_is_told_and_harms_nobody(tmp_path: Path, fault: NodeFault) -> None:
+    """An insertion drive without torque leaves the catheter to a person, who is told."""
+    spans = phases(tmp_path, 4)
+    instants = {sum(spans[phase]) // 2 for phase in INSIDE}
+    for node in EMULATED.nodes:
+        ends = at_each(tmp_path, 4, instants, partial(break_down, request=Request(fault, node)))
+        assert len(ends) == len(instants)
+        for at, end in ends.items():
+            stays = node == EMULATED.insertion.node and fault != NodeFault.BUS_OFF
+            assert set(end.harmed) <= ({harm.LEFT_INSIDE} if stays else set()), (node, at, end)
+            assert end.told, (node, at, end)
