@@ -121,7 +121,8 @@ def _list_inputs(device: "Device", inputs: "InputsFound") -> list[str]:
 
     switch = {None: "line open", True: "closed", False: "open"}[inputs.contact_closed]
     lines = [
-        f"head {quantity(inputs.head_mm, 'mm')}, second sensor {quantity(inputs.carriage_mm, 'mm')}",
+        f"head {quantity(inputs.head_mm, 'mm')}, "
+        f"second sensor {quantity(inputs.carriage_mm, 'mm')}",
         f"cam {quantity(inputs.cam_rad, 'rad')}",
         f"vacuum {quantity(inputs.line_vacuum_mmhg, 'mmHg')}",
         f"contact switch {switch}",
