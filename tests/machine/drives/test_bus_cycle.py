@@ -85,7 +85,9 @@ def test_a_cycle_by_table_i_goes_over_the_bus_as_in_one_process(tmp_path: Path) 
 
 @pytest.mark.sweep
 @pytest.mark.parametrize(
-    ("choice", "period"), [(TABLE_I, 2), (TABLE_II, 4), (TABLE_II, 2)], ids=str
+    ("choice", "period"),
+    [(TABLE_I, 2), (TABLE_II, 4), (TABLE_II, 2)],
+    ids=["travel at 500 Hz", "contact at 250 Hz", "contact at 500 Hz"],
 )
 def test_the_papers_cycles_go_over_the_bus_at_either_rate(
     tmp_path: Path, choice: CycleChoice, period: int
