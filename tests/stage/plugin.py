@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from xdist.scheduler import LoadFileScheduling
 
-from tests.stage import summary
+from tests.stage import cost, summary
 from tests.stage.judge import RealTimeJudge, premise_of
 from tests.stage.standstill import StandstillWatch
 from tests.stage.summary import COUNTED, RESULT
@@ -57,12 +57,31 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         config.pluginmanager.register(RealTimeJudge(watch.longest), "real-time-judge")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options of a run."""
+    parser.addoption(
+        "--costs",
+        type=int,
+        default=0,
+        metavar="N",
+        help="name the N tests and files that took most processor time",
+    )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None, None, None]:
+    """Note the processor time before a test's fixtures."""
+    cost.begin(item)
+    return (yield)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(
     item: pytest.Item, call: "pytest.CallInfo[None]"
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Tell with a test that failed what its machines did."""
+    """Note what a test took, and tell with one that failed what its machines did."""
     report = yield
+    cost.note(item, report)
     rooms = sys.modules.get("tests.runtime.machine_room")
     if report.failed and rooms is not None:
         for room in rooms.OPEN:
@@ -74,6 +93,12 @@ def pytest_runtest_makereport(
 @pytest.hookimpl(trylast=True)
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Hand what came of the run to whoever runs the stages."""
+    most = terminalreporter.config.getoption("costs", 0)
+    if most:
+        reports = [one for kind in terminalreporter.stats.values() for one in kind]
+        terminalreporter.section("processor time")
+        for line in cost.table(cost.costs(reports), most):
+            terminalreporter.write_line(line)
     file = os.environ.get(RESULT)
     if file and "PYTEST_XDIST_WORKER" not in os.environ:
         write_result(terminalreporter, Path(file))
