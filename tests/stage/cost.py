@@ -35,11 +35,11 @@ def note(item: pytest.Item, report: pytest.TestReport) -> None:
 def costs(reports: Iterable[object]) -> dict[str, float]:
     """Seconds of each test, by the reports of a run."""
     return {
-        one.nodeid: float(spent_s)
+        one.nodeid: spent_s
         for one in reports
         if isinstance(one, pytest.TestReport)
         for name, spent_s in one.user_properties
-        if name == PROPERTY
+        if name == PROPERTY and isinstance(spent_s, float)
     }
 
 
