@@ -2,8 +2,9 @@
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
 
-from opensuction.host.host import NS_PER_S, Host
+from opensuction.host.host import NS_PER_S, Allowed, Host
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.machine.canopen.frame_bus import CanFrame
 
@@ -25,7 +26,14 @@ class SteppedClock:
 
 
 def stepped_host(clock: SteppedClock) -> Host:
-    return THIS_COMPUTER._replace(clock=clock)
+    """This computer with a clock of its own.
+
+    The tests' own process is not hardened: its memory would stay locked, and a later test that
+    gives up its rights could map no file any more.
+    """
+    return THIS_COMPUTER._replace(
+        clock=clock, hardened=lambda: nullcontext(Allowed("stepped", False, ()))
+    )
 
 
 class MemoryBus:

@@ -1,6 +1,7 @@
 """The process of the emulated drives, its faults, and masters that nobody here wrote."""
 
 import importlib
+import re
 import sys
 import tempfile
 import threading
@@ -89,6 +90,8 @@ def test_the_process_plays_the_twin_of_its_folder_behind_nodes_on_a_bus(folder: 
     process.end()
     with pytest.raises(InputError, match="no drives play in"):
         node_fault.mend(folder, process.host)
+    # Its memory is not locked: the process is the tests' own.
+    assert re.search(r"VmLck:\s+0 kB", Path("/proc/self/status").read_text())
 
 
 def test_inject_breaks_and_mends_nodes(folder: Path) -> None:
