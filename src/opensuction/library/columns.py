@@ -10,6 +10,7 @@ import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -232,3 +233,19 @@ def read(
             choose(name, dict.fromkeys(found.names), f"column in {path}:")
         columns, _ = table.read_columns(found, [*wanted.values()], skip_missing)
     return Table({name: columns[full] for name, full in wanted.items()})
+
+
+def write_text(rows: Sequence[Sequence[str]]) -> str:
+    """A table in columns of even width, a line for each row."""
+    widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
+    lines = (
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
+    return "\n".join(lines)
+
+
+def write_html(rows: Sequence[Sequence[str]]) -> str:
+    """A table as a notebook shows it."""
+    cells = (f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table>{''.join(cells)}</table>"

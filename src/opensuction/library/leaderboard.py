@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from opensuction.evidence.leaderboard import leaderboard as engine
 from opensuction.evidence.leaderboard.data_set import DataSet
 from opensuction.evidence.leaderboard.data_set_table import DATA_SETS
 from opensuction.evidence.leaderboard.leaderboard import Entry, LeaderboardResult
-from opensuction.library.columns import in_python
+from opensuction.library.columns import in_python, write_html, write_text
 from opensuction.library.run import Name
 from opensuction.result.plain import Json, to_json
 
@@ -61,20 +60,10 @@ class Leaderboard:
         return rows
 
     def __repr__(self) -> str:
-        rows = self._rows()
-        widths = [max(len(row[place]) for row in rows) for place in range(len(HEADING))]
-        lines = (
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-            for row in rows
-        )
-        return "\n".join(lines)
+        return write_text(self._rows())
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>"
-            for row in self._rows()
-        )
-        return f"<table>{rows}</table>"
+        return write_html(self._rows())
 
 
 def leaderboard(

@@ -8,7 +8,7 @@ from functools import cached_property
 from html import escape
 
 from opensuction.identification.workbench import MODELS, FittedModel
-from opensuction.library.columns import Given, Values, in_python, load
+from opensuction.library.columns import Given, Values, in_python, load, write_html, write_text
 from opensuction.library.fit import Fit, Fitted
 from opensuction.report.identification import identification_words
 from opensuction.result.identification_result import ComparisonResult, IdentificationResult
@@ -67,21 +67,11 @@ class Comparison:
         return rows
 
     def __repr__(self) -> str:
-        rows = self._rows()
-        widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
-        lines = (
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-            for row in rows
-        )
-        return "\n".join(lines)
+        return write_text(self._rows())
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>"
-            for row in self._rows()
-        )
         said = "".join(f"<p>{escape(reason)}</p>" for reason in self.reasons)
-        return f"<table>{rows}</table>{said}"
+        return write_html(self._rows()) + said
 
 
 def identify(  # noqa: PLR0913 - what the command takes, each by its name

@@ -179,6 +179,7 @@ class DatabaseWriter:
             task(self._records)
             self.lost = ""
         except RecordsError as error:
+            self._noted = None  # it may be another database by the next time
             self.lost = str(error)
             return False
         except NotSyncedError as error:
@@ -188,6 +189,7 @@ class DatabaseWriter:
             self._host.say(self.lost)
         except InputError as error:
             # What the records do not take today they will not take tomorrow.
+            self._noted = None
             self._host.say(f"not put on record: {error}")
             self.lost = ""
         except Exception as error:

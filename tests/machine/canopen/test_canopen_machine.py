@@ -10,9 +10,16 @@ from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.machine import port as backends
-from opensuction.machine.canopen import canopen_machine, device_file, node_setup
+from opensuction.machine.canopen import canopen_machine, device_file
 from opensuction.machine.canopen.frame_bus import CanFrame
-from opensuction.machine.canopen.objects import HEARTBEAT_ID, NMT_ID, SYNC_ID, rpdo_id, tpdo_id
+from opensuction.machine.canopen.objects import (
+    HEARTBEAT_ID,
+    NMT_ID,
+    SYNC_ID,
+    NmtCommand,
+    rpdo_id,
+    tpdo_id,
+)
 from opensuction.machine.canopen.power_state import PowerState
 from tests.machine.canopen.durand_nodes import Bench, virtual_time
 from tests.machine.canopen.node_frames import DEVICE
@@ -36,7 +43,7 @@ def refusal(bench: Bench) -> str:
     assert "nothing moves" in message
     moving = {rpdo_id(node, 1) for node in DEVICE.nodes}
     assert not [one for one in bench.wire.sent if one.can_id in moving]
-    assert CanFrame(NMT_ID, bytes((node_setup.START, INSERTION))) not in bench.wire.sent
+    assert CanFrame(NMT_ID, bytes((NmtCommand.START, INSERTION))) not in bench.wire.sent
     return message
 
 

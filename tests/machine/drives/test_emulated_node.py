@@ -10,7 +10,6 @@ from opensuction.machine.canopen import objects
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import Axis, Communication, Frame, Module
 from opensuction.machine.drives import emulated_drive, emulated_module, pdo
-from opensuction.machine.drives.emulated_node import Nmt
 from opensuction.machine.drives.pdo import OFF
 from tests.machine.drives.emulated_bench import INSERTION, MODULE, VALVE, EmulatedBench
 
@@ -151,7 +150,7 @@ def test_a_reset_has_it_as_new(bench: EmulatedBench) -> None:
     bench.write(INSERTION, Axis.MAX_TORQUE, 7, 2)
     bench.command(129, INSERTION)
     bench.tick()
-    assert bench.drives.insertion.nmt == Nmt.PRE_OPERATIONAL
+    assert bench.drives.insertion.nmt == objects.NmtState.PRE_OPERATIONAL
     assert bench.take(INSERTION, Axis.STATUS_WORD) & 0x6F == 0x40
     assert bench.take(INSERTION, Axis.MAX_TORQUE) == 1000
     assert bench.drives.row[2] == 0.0

@@ -26,7 +26,8 @@ from opensuction.kernel.record import Array
 from opensuction.machine.canopen import device_file, node_setup, process_image, set_point
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus, open_bus
-from opensuction.machine.canopen.node_setup import ENTER_PRE_OPERATIONAL, START, Setup
+from opensuction.machine.canopen.node_setup import Setup
+from opensuction.machine.canopen.objects import NmtCommand
 from opensuction.machine.canopen.process_image import MODULE, NAMES, NEVER_S, STALE_S
 from opensuction.machine.canopen.set_point import AT_START, SYNC, Axes
 from opensuction.machine.port import NOTHING, Capabilities, MachineFacts, SimulatedHand, TruthPort
@@ -195,7 +196,7 @@ class CanopenMachine:
             if now_s >= asking.ends_s:
                 self._answer(place, asking, None, now_s)
             elif now_s >= asking.repeat_s:
-                command = node_setup.nmt(ENTER_PRE_OPERATIONAL, self.device.nodes[place])
+                command = node_setup.nmt(NmtCommand.PREPARE, self.device.nodes[place])
                 self._bus.send([*([] if asking.has_answered else [command]), asking.request])
                 self._asking[place] = asking._replace(repeat_s=now_s + REPEATS_S)
 
@@ -229,7 +230,7 @@ class CanopenMachine:
 
     def _start(self, place: int) -> None:
         """Put a node into operation."""
-        self._bus.send([node_setup.nmt(START, self.device.nodes[place])])
+        self._bus.send([node_setup.nmt(NmtCommand.START, self.device.nodes[place])])
 
     def _conclude_first(self) -> None:
         """Put the nodes into operation, once all of them are set up."""

@@ -30,6 +30,7 @@ from opensuction.machine.canopen.objects import (
     Frame,
     Mode,
     Module,
+    NmtCommand,
     rpdo_id,
     tpdo_id,
 )
@@ -83,13 +84,9 @@ Setup = Generator[CanFrame, Answer, list[str]]
 """Yields what to send, is sent the answer, and returns what is not as it should be."""
 
 
-def nmt(command: int, node: int) -> CanFrame:
+def nmt(command: NmtCommand, node: int) -> CanFrame:
     """A command to a node's NMT state machine."""
     return CanFrame(NMT_ID, bytes((command, node)))
-
-
-START, ENTER_PRE_OPERATIONAL = 0x01, 0x80
-"""NMT commands (CiA 301)."""
 
 
 def set_up(device: Device, place: int) -> Setup:

@@ -113,6 +113,25 @@ NO_VALUE: Final = -0x8000
 """Counts of an analogue input whose sensor tells nothing: its line is open."""
 
 
+class NmtState(IntEnum):
+    """State of a node on the network, as its heartbeat tells it."""
+
+    BOOTING = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+class NmtCommand(IntEnum):
+    """Command to a node, or to all."""
+
+    START = 1
+    STOP = 2
+    PREPARE = 128
+    RESET = 129
+    RESET_COMMUNICATION = 130
+
+
 class Mode(IntEnum):
     """Mode of operation of an axis."""
 

@@ -8,7 +8,6 @@ nonsense is as one that did not come: what was read before it stands until it is
 
 import struct
 from collections.abc import Sequence
-from enum import IntEnum
 from typing import Final, NamedTuple
 
 from opensuction.kernel.interface import LARGEST, Monitor, Readings
@@ -23,6 +22,7 @@ from opensuction.machine.canopen.objects import (
     MODULE_ANALOGUE,
     MODULE_DIGITAL,
     Frame,
+    NmtState,
     tpdo_id,
 )
 from opensuction.machine.canopen.power_state import PowerControl, PowerState, read_state
@@ -48,15 +48,6 @@ NEVER_S: Final = -1e9
 INSERTION, VALVE, MODULE = 0, 1, 2
 """Places of the nodes."""
 NAMES: Final = ("insertion drive", "valve drive", "input module")
-
-
-class NmtState(IntEnum):
-    """State of a node, as its heartbeat tells it."""
-
-    BOOTING = 0
-    STOPPED = 4
-    OPERATIONAL = 5
-    PRE_OPERATIONAL = 127
 
 
 class NodeImage(NamedTuple):

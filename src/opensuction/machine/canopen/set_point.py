@@ -23,6 +23,7 @@ from opensuction.machine.canopen.objects import (
     MODULE_OUTPUTS,
     SYNC_ID,
     AnnunciatorFlag,
+    NmtState,
     rpdo_id,
 )
 from opensuction.machine.canopen.power_state import ENABLE_OPERATION, PowerControl, PowerState
@@ -33,7 +34,7 @@ HOLD_S: Final = 0.012
 STRAY_SHARE: Final = 0.005
 """[design] Share of its range by which an axis may stand beyond it."""
 SYNC: Final = CanFrame(SYNC_ID, b"")
-HERE: Final = process_image.NmtState.OPERATIONAL.to_bytes(1, "little")
+HERE: Final = NmtState.OPERATIONAL.to_bytes(1, "little")
 """Heartbeat of the controller."""
 _CONDITIONS: Final = (1 << CONDITION_BITS) - 1
 

@@ -17,10 +17,10 @@ from opensuction.host.host import Clock
 from opensuction.kernel.compiled import as_python
 from opensuction.machine.canopen import device, power_state
 from opensuction.machine.canopen.device import DriveAxis
-from opensuction.machine.canopen.objects import AbortConnection, Axis, Mode
+from opensuction.machine.canopen.objects import AbortConnection, Axis, Mode, NmtState
 from opensuction.machine.canopen.power_state import POWERED_UP, PowerState
 from opensuction.machine.drives import interpolation, pdo
-from opensuction.machine.drives.emulated_node import HOST_LOST, EmulatedNode, Nmt
+from opensuction.machine.drives.emulated_node import HOST_LOST, EmulatedNode
 from opensuction.machine.drives.interpolation import Bounds, SetPoint
 from opensuction.machine.drives.pdo import Key
 
@@ -357,7 +357,7 @@ class EmulatedDrive(EmulatedNode):
         values[Axis.TORQUE, 0] = min(max(ratio, -0x8000), 0x7FFF)
 
     def _flags(self) -> int:
-        flags = power_state.REMOTE if self.nmt != Nmt.STOPPED else 0
+        flags = power_state.REMOTE if self.nmt != NmtState.STOPPED else 0
         if self.values[Axis.ERROR_CODE, 0] == FOLLOWING:
             flags |= power_state.FOLLOWING_ERROR
         if any(self._stopped):

@@ -5,7 +5,6 @@ watch over the host are our own, by SYNC and by the ticks that the node is given
 with its objects is its profile's: see `emulated_drive` and `emulated_module`.
 """
 
-from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -15,7 +14,14 @@ from canopen.sdo.exceptions import SdoAbortedError
 
 from opensuction.host.host import NS_PER_S, Clock
 from opensuction.machine.canopen.frame_bus import CanFrame
-from opensuction.machine.canopen.objects import HEARTBEAT_ID, NMT_ID, SYNC_ID, Communication
+from opensuction.machine.canopen.objects import (
+    HEARTBEAT_ID,
+    NMT_ID,
+    SYNC_ID,
+    Communication,
+    NmtCommand,
+    NmtState,
+)
 from opensuction.machine.canopen.stepped_network import SteppedNetwork
 from opensuction.machine.drives import pdo
 from opensuction.machine.drives.pdo import Key, Pdo, Values
@@ -31,37 +37,18 @@ HOST_LOST, SHORT_FRAME, INTERNAL = 0x8130, 0x8210, 0x6100
 """Error codes (CiA 301, table 26): heartbeat, length of a PDO, internal software."""
 
 
-class Nmt(IntEnum):
-    """State of a node on the network."""
-
-    INITIALISING = 0
-    STOPPED = 4
-    OPERATIONAL = 5
-    PRE_OPERATIONAL = 127
-
-
-class NmtCommand(IntEnum):
-    """Command to a node, or to all."""
-
-    START = 1
-    STOP = 2
-    PREPARE = 128
-    RESET = 129
-    RESET_COMMUNICATION = 130
-
-
 _TOLD: Final = {
-    Nmt.INITIALISING: "INITIALISING",
-    Nmt.STOPPED: "STOPPED",
-    Nmt.OPERATIONAL: "OPERATIONAL",
-    Nmt.PRE_OPERATIONAL: "PRE-OPERATIONAL",
+    NmtState.BOOTING: "INITIALISING",
+    NmtState.STOPPED: "STOPPED",
+    NmtState.OPERATIONAL: "OPERATIONAL",
+    NmtState.PRE_OPERATIONAL: "PRE-OPERATIONAL",
 }
 _COMMANDED: Final = {
-    NmtCommand.START: Nmt.OPERATIONAL,
-    NmtCommand.STOP: Nmt.STOPPED,
-    NmtCommand.PREPARE: Nmt.PRE_OPERATIONAL,
+    NmtCommand.START: NmtState.OPERATIONAL,
+    NmtCommand.STOP: NmtState.STOPPED,
+    NmtCommand.PREPARE: NmtState.PRE_OPERATIONAL,
 }
-_ON_LOST_HOST: Final = {0: Nmt.PRE_OPERATIONAL, 2: Nmt.STOPPED}
+_ON_LOST_HOST: Final = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
 """By the object 0x1029; with 1 the state stays."""
 
 
@@ -109,7 +96,7 @@ class EmulatedNode:
         self.network = SteppedNetwork(self.transceiver, clock)
         self.dictionary: ObjectDictionary = import_od(str(eds), number)
         self.local = cast(Any, self.network.create_node(number, self.dictionary))
-        self.nmt = Nmt.INITIALISING
+        self.nmt = NmtState.BOOTING
         self.watch = HostWatch()
         self.values: Values = {}
         """Each object that is a number."""
@@ -169,10 +156,10 @@ class EmulatedNode:
         self._read_pdos()
         self._watch_for(0)
         self.on_boot()
-        self._enter(Nmt.INITIALISING)  # tells that it is there
-        self._enter(Nmt.PRE_OPERATIONAL)
+        self._enter(NmtState.BOOTING)  # tells that it is there
+        self._enter(NmtState.PRE_OPERATIONAL)
 
-    def _enter(self, state: Nmt) -> None:
+    def _enter(self, state: NmtState) -> None:
         self.nmt = state
         self.local.nmt.state = _TOLD[state]
 
@@ -185,14 +172,14 @@ class EmulatedNode:
         elif command in _COMMANDED:
             before = self.nmt
             self._enter(_COMMANDED[NmtCommand(command)])
-            if before == Nmt.OPERATIONAL and self.nmt != before:
+            if before == NmtState.OPERATIONAL and self.nmt != before:
                 self.watch.end()
                 self.on_lost_host()
 
     # Objects by SDO.
 
     def _on_sdo(self, can_id: int, data: bytearray, at_s: float) -> None:
-        if self.nmt != Nmt.STOPPED:
+        if self.nmt != NmtState.STOPPED:
             self.local.sdo.on_request(can_id, data, at_s)
 
     def _read(self, index: int, subindex: int, **_: Any) -> int | None:
@@ -249,7 +236,7 @@ class EmulatedNode:
 
     def _on_rpdo(self, can_id: int, data: bytearray, _at_s: float) -> None:
         one = self._receives[can_id]
-        if self.nmt != Nmt.OPERATIONAL:
+        if self.nmt != NmtState.OPERATIONAL:
             return
         if len(data) < one.layout.size:
             self.emergency(SHORT_FRAME, COMMUNICATION)
@@ -266,7 +253,7 @@ class EmulatedNode:
 
         A SYNC that comes twice is answered twice; it has no set points of its own.
         """
-        if self.nmt != Nmt.OPERATIONAL:
+        if self.nmt != NmtState.OPERATIONAL:
             return
         self._syncs += 1
         self.watch.sync(self.clock.monotonic_ns())
@@ -294,14 +281,14 @@ class EmulatedNode:
             self.on_lost_host()
             self.emergency(HOST_LOST, COMMUNICATION)
             state = _ON_LOST_HOST.get(self.values[Communication.ERROR_BEHAVIOUR, 1])
-            if state is not None and self.nmt == Nmt.OPERATIONAL:
+            if state is not None and self.nmt == NmtState.OPERATIONAL:
                 self._enter(state)
 
     def emergency(self, code: int, bits: int = 0) -> None:
         """Tell of an error. bits: of the error register."""
         self.values[Communication.ERROR_REGISTER, 0] |= bits | GENERIC
         self.values[_ERRORS, 0], self.values[_ERRORS, 1] = 1, code
-        if self.nmt not in (Nmt.INITIALISING, Nmt.STOPPED):
+        if self.nmt not in (NmtState.BOOTING, NmtState.STOPPED):
             self.local.emcy.send(code, self.values[Communication.ERROR_REGISTER, 0])
 
     def end_emergency(self) -> None:

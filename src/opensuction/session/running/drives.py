@@ -19,12 +19,11 @@ from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import device_file
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import UNIX
+from opensuction.machine.canopen.process_image import NAMES
 from opensuction.machine.drives import drives_process
 from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.runtime import machine_folder
 from opensuction.session.cycle.cycle_run import Prepared
-
-_NODES = ("insertion drive", "valve drive", "input module")
 
 
 class Drives(NamedTuple):
@@ -42,7 +41,7 @@ class Drives(NamedTuple):
     def told(self) -> tuple[str, ...]:
         """Lines for a person: where they are."""
         bus = self.device.bus
-        nodes = zip(self.device.nodes, _NODES, strict=True)
+        nodes = zip(self.device.nodes, NAMES, strict=True)
         named = ", ".join(f"{number} ({name})" for number, name in nodes)
         return (
             f"Bus: interface {bus.interface}, channel {bus.channel}",
