@@ -8,10 +8,11 @@ import numpy as np
 from canopen import RemoteNode
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.machine.canopen import device_file, objects
+from opensuction.machine.canopen import device_file, objects, power_state
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame
-from opensuction.machine.canopen.objects import AXIS_TARGET, HEARTBEAT_ID, NMT_ID, SYNC_ID
+from opensuction.machine.canopen.objects import AXIS_TARGET, HEARTBEAT_ID, NMT_ID, SYNC_ID, Axis
+from opensuction.machine.canopen.power_state import PowerState
 from opensuction.machine.canopen.stepped_network import SteppedNetwork
 from opensuction.machine.drives.emulated_machine import EmulatedMachine, Servos, without_patience
 from opensuction.machine.twin import twin_machine
@@ -127,3 +128,27 @@ class EmulatedBench:
     def row(self) -> np.ndarray[Any, Any]:
         """A copy of what the twin shows."""
         return self.call.shown_row.copy()
+
+
+def state(bench: EmulatedBench, node: int = INSERTION) -> PowerState:
+    return power_state.read_state(bench.take(node, Axis.STATUS_WORD))
+
+
+def drive_in(bench: EmulatedBench, cycles: int, mm_per_s: float) -> None:
+    """Targets of a steady motion."""
+    counts = bench.device.insertion.counts_per_unit * mm_per_s * CYCLE_TICKS / 1000.0
+    start = bench.targets[INSERTION]
+    for number in range(cycles):
+        bench.targets[INSERTION] = start + round(counts * (number + 1))
+        bench.cycle()
+
+
+def moving(bench: EmulatedBench, **kwargs: object) -> EmulatedBench:
+    bench.operate(**kwargs)  # type: ignore[arg-type]
+    bench.enable(INSERTION, VALVE)
+    drive_in(bench, 100, 10.0)
+    return bench
+
+
+def withdraws(bench: EmulatedBench) -> bool:
+    return bench.shown("alone") == 1.0 and state(bench) == PowerState.FAULT
