@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from opensuction.evidence.lives.simulated_computer import SimulatedComputer
-from opensuction.evidence.lives.simulated_machine import MEMORY, PROCESSES
+from opensuction.evidence.lives.simulated_machine import MEMORY, machine_processes
 from opensuction.host.host import NS_PER_S, Host, Steps, after
 from tests.runtime.room import Room
 
@@ -41,7 +41,11 @@ class SimulatedRoom(Room):
 
     def __init__(self, folder: Path, seed: int = 1) -> None:
         self.computer = SimulatedComputer(
-            seed, {**PROCESSES, OUTSIDE: lambda host, _: self._stand(host)}
+            seed,
+            {
+                **machine_processes(lambda: self.computer),
+                OUTSIDE: lambda host, _: self._stand(host),
+            },
         )
         self._hosts: list[Host] = []
         pid = self.computer.spawn(OUTSIDE, (), folder / "outside.log").pid

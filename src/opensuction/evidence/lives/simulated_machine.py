@@ -55,13 +55,6 @@ MANAGER_S = 2.0
 JUDGED_EVERY_S = 1.0
 PREPARED = 64
 """Machines that a process keeps for lives to come."""
-PROCESSES: Mapping[str, Main] = {
-    twin_machine.PROCESS: lambda host, told: twin_process.steps(host, Path(told[0])),
-    launch.CONTROL: lambda host, told: control_process.steps(host, Path(told[0]), int(told[1])),
-    launch.RECORDER: lambda host, told: recorder_process.steps(host, Path(told[0]), Path(told[1])),
-    launch.SUPERVISOR: lambda host, told: supervisor.steps(host, *map(Path, told)),
-}
-"""Processes of a machine, by their modules."""
 ROOM = "opensuction-lives-"
 """Begin of the name of a folder for many machines."""
 HELD = "held"
@@ -72,6 +65,34 @@ BEGINS_MIB, ENDS_MIB = 128, 32
 FULL = (errno.ENOSPC, errno.EDQUOT)
 CLEARED_TIMES = 5
 """A process that is ending may still write into a folder that goes."""
+
+
+def machine_processes(computer: Callable[[], SimulatedComputer]) -> Mapping[str, Main]:
+    """Processes of a machine, by their modules; its twin and its controller tick in stretches.
+
+    computer: gives the one that they run on, as they begin.
+    """
+
+    def take_twin(playing: Playing) -> None:
+        stretches, running = computer().stretches, computer().running
+        if stretches is not None and running is not None:
+            stretches.take_twin(running, playing)
+
+    def take_loop(loop: ControlLoop, pace: Pacing) -> None:
+        stretches, running = computer().stretches, computer().running
+        if stretches is not None and running is not None and isinstance(pace, DeadlineScheduler):
+            stretches.take_loop(running, loop, pace)
+
+    return {
+        twin_machine.PROCESS: lambda host, told: twin_process.steps(host, Path(told[0]), take_twin),
+        launch.CONTROL: lambda host, told: control_process.steps(
+            host, Path(told[0]), int(told[1]), tell=take_loop
+        ),
+        launch.RECORDER: lambda host, told: recorder_process.steps(
+            host, Path(told[0]), Path(told[1])
+        ),
+        launch.SUPERVISOR: lambda host, told: supervisor.steps(host, *map(Path, told)),
+    }
 
 
 @lru_cache(PREPARED)
@@ -117,13 +138,7 @@ class SimulatedMachine:
         self.computer = SimulatedComputer(
             seed,
             {
-                **PROCESSES,
-                twin_machine.PROCESS: lambda host, told: twin_process.steps(
-                    host, Path(told[0]), self._take_twin
-                ),
-                launch.CONTROL: lambda host, told: control_process.steps(
-                    host, Path(told[0]), int(told[1]), tell=self._take_loop
-                ),
+                **machine_processes(lambda: self.computer),
                 launch.RECORDER: lambda host, told: recorder_process.steps(
                     host, Path(told[0]), Path(told[1]), self.computer.disk.open_records
                 ),
@@ -139,16 +154,6 @@ class SimulatedMachine:
         self.is_closing = False
         """Nobody starts a supervisor again."""
         self._begin()
-
-    def _take_twin(self, playing: Playing) -> None:
-        stretches, running = self.computer.stretches, self.computer.running
-        if stretches is not None and running is not None:
-            stretches.take_twin(running, playing)
-
-    def _take_loop(self, loop: ControlLoop, pace: Pacing) -> None:
-        stretches, running = self.computer.stretches, self.computer.running
-        if stretches is not None and running is not None and isinstance(pace, DeadlineScheduler):
-            stretches.take_loop(running, loop, pace)
 
     def _begin(self) -> None:
         """The twin plays, and a supervisor starts the rest."""
