@@ -7,9 +7,10 @@ what sessions, devices and programs show, and failed sign-ins have no entry in t
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Select, delete, func, select
+from sqlalchemy import Connection, Table, bindparam, delete, func, select
 
 from opensuction.records.database import schema
+from opensuction.records.database.statement import delete_by, insert_into, select_by
 from opensuction.records.request import Request
 
 
@@ -63,6 +64,14 @@ class AccessToken(NamedTuple):
     expires_at: datetime
 
 
+_STATE, _BEARER = schema.account_state.c, schema.bearer.c
+_LAST_STATE = select_by(schema.account_state, "account").order_by(_STATE.number.desc()).limit(1)
+_DROP_ENDED = delete(schema.bearer).where(
+    _BEARER.expires_at <= bindparam("now"), _BEARER.kind != "token"
+)
+_DROP_OLD_ATTEMPTS = delete(schema.attempt).where(schema.attempt.c.last_at < bindparam("before"))
+
+
 class AccountRows:
     """The rows within one transaction."""
 
@@ -72,9 +81,7 @@ class AccountRows:
 
     def find_state(self, account: str) -> AccountState | None:
         """Present state of an account; None: there is none of that name."""
-        table = schema.account_state
-        query = select(table).where(table.c.account == account).order_by(table.c.number.desc())
-        row = self._first(query.limit(1))
+        row = self._connection.execute(_LAST_STATE, {"account": account}).one_or_none()
         return None if row is None else _to_state(row)
 
     def list_states(self) -> list[AccountState]:
@@ -94,8 +101,7 @@ class AccountRows:
 
     def find_credential(self, account: str) -> Credential | None:
         """Credential of an account."""
-        table = schema.credential
-        row = self._first(select(table).where(table.c.account == account))
+        row = self._find(schema.credential, account=account)
         if row is None:
             return None
         return Credential(
@@ -105,19 +111,15 @@ class AccountRows:
     def put_credential(self, credential: Credential) -> None:
         """Set it, in place of the one before."""
         self.drop_credential(credential.account)
-        table = schema.credential
-        self._connection.execute(table.insert().values(credential._asdict()))
+        self._connection.execute(insert_into(schema.credential), credential._asdict())
 
     def drop_credential(self, account: str) -> None:
         """Nobody signs in with it any more."""
-        table = schema.credential
-        self._connection.execute(delete(table).where(table.c.account == account))
+        self._drop(schema.credential, account=account)
 
     def find_bearer(self, digest: str, kind: str) -> Bearer | None:
         """Holder of a secret of this kind."""
-        table = schema.bearer
-        query = select(table).where(table.c.digest == digest, table.c.kind == kind)
-        row = self._first(query)
+        row = self._find(schema.bearer, digest=digest, kind=kind)
         if row is None:
             return None
         return Bearer(**{name: getattr(row, name) for name in Bearer._fields})
@@ -125,12 +127,11 @@ class AccountRows:
     def put_bearer(self, bearer: Bearer) -> None:
         """Know a bearer, in place of one with the same secret."""
         self.drop_bearer(bearer.digest)
-        self._connection.execute(schema.bearer.insert().values(bearer._asdict()))
+        self._connection.execute(insert_into(schema.bearer), bearer._asdict())
 
     def drop_bearer(self, digest: str) -> None:
         """Forget a bearer."""
-        table = schema.bearer
-        self._connection.execute(delete(table).where(table.c.digest == digest))
+        self._drop(schema.bearer, digest=digest)
 
     def drop_bearers(self, account: str, kind: str | None = None, but: str = "") -> None:
         """Forget those of an account. kind: of this kind only. but: of this digest not."""
@@ -151,29 +152,23 @@ class AccountRows:
 
         Tokens stay: a clock that was wrong for a moment must not end them.
         """
-        bearer, attempt = schema.bearer, schema.attempt
-        self._connection.execute(
-            delete(bearer).where(bearer.c.expires_at <= now, bearer.c.kind != "token")
-        )
-        self._connection.execute(delete(attempt).where(attempt.c.last_at < attempts_before))
+        self._connection.execute(_DROP_ENDED, {"now": now})
+        self._connection.execute(_DROP_OLD_ATTEMPTS, {"before": attempts_before})
 
     def find_attempt(self, key: str) -> Attempt | None:
         """Sign-ins that failed in a row, by the hash of what is counted."""
-        table = schema.attempt
-        row = self._first(select(table).where(table.c.key == key))
+        row = self._find(schema.attempt, key=key)
         return None if row is None else Attempt(row.failures, row.last_at)
 
     def put_attempt(self, key: str, attempt: Attempt | None) -> None:
         """Set them; None: none failed."""
-        table = schema.attempt
-        self._connection.execute(delete(table).where(table.c.key == key))
+        self._drop(schema.attempt, key=key)
         if attempt is not None:
-            self._connection.execute(table.insert().values(key=key, **attempt._asdict()))
+            self._connection.execute(insert_into(schema.attempt), {"key": key, **attempt._asdict()})
 
     def find_token(self, token_id: str) -> AccessToken | None:
         """An access token by its id, whether it still holds or not."""
-        table = schema.access_token
-        row = self._first(select(table).where(table.c.id == token_id))
+        row = self._find(schema.access_token, id=token_id)
         return None if row is None else AccessToken(row.id, row.label, row.scope, row.expires_at)
 
     def list_tokens(self) -> list[AccessToken]:
@@ -189,8 +184,11 @@ class AccountRows:
             for row in self._connection.execute(query)
         ]
 
-    def _first(self, query: Select[Any]) -> Any:
-        return self._connection.execute(query).one_or_none()
+    def _find(self, table: Table, **keys: str) -> Any:
+        return self._connection.execute(select_by(table, *keys), keys).one_or_none()
+
+    def _drop(self, table: Table, **keys: str) -> None:
+        self._connection.execute(delete_by(table, *keys), keys)
 
 
 def store_state(request: Request, action_id: str, state: AccountState) -> None:

@@ -9,6 +9,7 @@ from sqlalchemy import ColumnElement, Connection, Table, func, select
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry
 from opensuction.records.database import schema
+from opensuction.records.database.statement import select_by
 from opensuction.records.entry import (
     Action,
     Alarm,
@@ -35,8 +36,7 @@ class Request:
 
     def find(self, table: Table, key: str, value: str) -> dict[str, Any] | None:
         """A row by its key."""
-        query = select(table).where(table.c[key] == value)
-        row = self.connection.execute(query).mappings().one_or_none()
+        row = self.connection.execute(select_by(table, key), {key: value}).mappings().one_or_none()
         return None if row is None else dict(row)
 
     def note(self, table: Table, key: str, since: str, row: Row) -> None:

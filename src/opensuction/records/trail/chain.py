@@ -19,6 +19,7 @@ from sqlalchemy import Connection, Table, exc, func, select, text
 
 from opensuction.records.database import schema
 from opensuction.records.database.database import find_triggers
+from opensuction.records.database.statement import insert_into
 from opensuction.records.database.utc_time import to_text
 from opensuction.records.entry import HASH_DIGITS, to_hash
 from opensuction.settings.wording import show
@@ -64,9 +65,12 @@ def write_entry(sequence: int, previous: str, at: datetime, table: str, row: Row
     )
 
 
+_HEAD = select(schema.audit_head.c.sequence, schema.audit_head.c.hash)
+
+
 def read_head(connection: Connection) -> Head:
     """Head of the trail, as the database has it."""
-    row = connection.execute(select(schema.audit_head.c.sequence, schema.audit_head.c.hash)).one()
+    row = connection.execute(_HEAD).one()
     return Head(row.sequence, row.hash)
 
 
@@ -90,16 +94,13 @@ class Trail:
         """Insert a row and its entry. All columns that are not named are empty."""
         # Drivers differ in what they make of an enumeration.
         row = {name: _to_plain_text(value) for name, value in row.items()}
-        self._connection.execute(table.insert().values(row))
+        self._connection.execute(insert_into(table), row)
         sequence, previous = self._head.sequence + 1, self._head.hash
         entry = write_entry(sequence, previous, self.now, table.name, row)
         self._head = Head(sequence, to_hash(entry))
         # A trigger of the database moves the head.
-        self._connection.execute(
-            schema.audit.insert().values(
-                sequence=sequence, previous=previous, hash=self._head.hash, entry=entry
-            )
-        )
+        told = {"sequence": sequence, "previous": previous, "hash": self._head.hash, "entry": entry}
+        self._connection.execute(insert_into(schema.audit), told)
 
 
 KEYS = {"at", "previous", "row", "sequence", "table"}
