@@ -17,6 +17,10 @@ KINDS = ("sqlite", pytest.param("postgresql", marks=pytest.mark.sweep))
 on_both = pytest.mark.parametrize("url", ["sqlite", "postgresql"], indirect=True)
 """Where the two kinds differ: locks, triggers, what is made and read. `.ci/run` has all on both."""
 
+SELDOM_ON_BOTH = ("sqlite", pytest.param("postgresql", marks=pytest.mark.soak))
+"""Of long tests: the statements are the same, and shorter tests carry them out on both."""
+seldom_on_both = pytest.mark.parametrize("url", SELDOM_ON_BOTH, indirect=True)
+
 
 @pytest.fixture(scope="session")
 def server(component: Callable[[str], Path]) -> Iterator[str]:
@@ -83,6 +87,14 @@ def postgresql_template(server: str, keeper: Callable[[str], None]) -> Iterator[
     url = databases()
     Records.open(url).close()
     yield str(make_url(url).database)
+    databases.drop()
+
+
+@pytest.fixture(scope="module")
+def copies(server: str, keeper: Callable[[str], None]) -> Iterator[NewDatabases]:
+    """For databases of which the tests of a file take copies."""
+    databases = NewDatabases(server, keeper)
+    yield databases
     databases.drop()
 
 

@@ -1,7 +1,7 @@
 """Requests as the runtime makes them, and a hand that changes what must not be changed."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import Connection, text
@@ -21,6 +21,7 @@ from opensuction.records.entry import (
 from opensuction.records.records import Records
 from opensuction.records.request import Request
 from opensuction.records.request import act as store_action
+from opensuction.records.trail import chain
 
 MACHINE = Machine("M-1", "clinical", True)
 CATHETER = Catheter("C-1", 12, 86_400)
@@ -99,3 +100,24 @@ def unguarded(records: Records) -> Iterator[Connection]:
         yield connection
         for _, statement in triggers:
             connection.exec_driver_sql(statement)
+
+
+class EnoughError(Exception):
+    """Rolls a transaction back."""
+
+
+def check_after(records: Records, change: str | Callable[[Connection], None]) -> str | None:
+    """What an audit of the trail says after a change that is not kept."""
+    report = None
+    with (
+        suppress(EnoughError),
+        unguarded(records) as connection,
+    ):
+        if isinstance(change, str):
+            connection.exec_driver_sql(change)
+        else:
+            change(connection)
+        report = chain.check(connection, frozenset())
+        raise EnoughError
+    assert report is not None
+    return report.broken

@@ -2,14 +2,16 @@
 
 import contextlib
 import json
+import shutil
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from sqlalchemy import Column, Connection, select, text
+from sqlalchemy import Column, Connection, make_url, select, text
 
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import schema
@@ -19,20 +21,68 @@ from opensuction.records.trail import chain
 from opensuction.records.trail.chain import BEGINNING, to_canonical
 from tests.cli.command import opensuction
 from tests.records import recorded
-from tests.records.conftest import on_both
-from tests.records.example import COMPLETED, MACHINE, Clock, fill, fill_accounts, start, unguarded
+from tests.records.conftest import KINDS, NewDatabases, on_both
+from tests.records.example import (
+    COMPLETED,
+    MACHINE,
+    Clock,
+    EnoughError,
+    check_after,
+    fill,
+    fill_accounts,
+    start,
+    unguarded,
+)
 
+on_sqlite = pytest.mark.parametrize("url", ["sqlite"], indirect=True)
 EVERY = (*schema.KEPT, schema.audit_head)
 
 
-@pytest.fixture
-def filled(url: str, tmp_path: Path) -> Iterator[Records]:
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recordings")
+    (folder / recorded.name_of(1)).write_bytes(b"no more than a hash is asked of it")
+    return folder
+
+
+def fill_all(url: str, recordings: Path) -> None:
     with Records.open(url, clock=Clock()) as records:
         fill(records)
-        path = tmp_path / recorded.name_of(1)
-        path.write_bytes(b"no more than a hash is asked of it")
+        path = recordings / recorded.name_of(1)
         records.bind_recording(MACHINE, recorded.bound(path, 1))
         fill_accounts(records)
+
+
+@pytest.fixture(scope="module")
+def filled_file(
+    recordings: Path, sqlite_template: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    file = shutil.copy(sqlite_template, tmp_path_factory.mktemp("filled") / "records.db")
+    fill_all(str(file), recordings)
+    return Path(file)
+
+
+@pytest.fixture(scope="module")
+def filled_database(recordings: Path, copies: NewDatabases, postgresql_template: str) -> str:
+    """Its name."""
+    url = copies(postgresql_template)
+    fill_all(url, recordings)
+    return str(make_url(url).database)
+
+
+@pytest.fixture(params=KINDS)
+def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Of a database that is filled, a copy for each test."""
+    if request.param == "sqlite":
+        return str(shutil.copy(request.getfixturevalue("filled_file"), tmp_path / "records.db"))
+    new_databases = request.getfixturevalue("new_databases")
+    found: str = new_databases(request.getfixturevalue("filled_database"))
+    return found
+
+
+@pytest.fixture
+def filled(url: str) -> Iterator[Records]:
+    with Records.open(url, clock=Clock()) as records:
         yield records
 
 
@@ -40,8 +90,8 @@ def run(connection: Connection, statement: str) -> None:
     connection.exec_driver_sql(statement)
 
 
-def test_an_empty_trail_is_whole(url: str) -> None:
-    with Records.open(url) as records:
+def test_an_empty_trail_is_whole(empty_url: str) -> None:
+    with Records.open(empty_url) as records:
         report = records.audit()
     assert (report.entries, report.last_hash, report.broken) == (0, BEGINNING, None)
 
@@ -102,6 +152,7 @@ HANDS: dict[str, tuple[str, str]] = {
 }
 
 
+@on_sqlite
 @pytest.mark.parametrize("hand", HANDS)
 def test_what_is_changed_is_named(filled: Records, hand: str) -> None:
     statement, words = HANDS[hand]
@@ -210,39 +261,35 @@ FORGED: dict[str, Callable[[dict[str, Any]], str]] = {
 }
 
 
+def forge(connection: Connection, kind: str) -> None:
+    """Put the last entry into another form, with a hash that fits it."""
+    last = chain.read_head(connection).sequence
+    where = schema.audit.c.sequence == last
+    entry = json.loads(connection.execute(select(schema.audit.c.entry).where(where)).scalar_one())
+    content = FORGED[kind](entry)
+    digest = to_hash(content)
+    connection.execute(schema.audit.update().where(where).values(entry=content, hash=digest))
+    run(connection, f"UPDATE audit_head SET hash = '{digest}'")
+
+
+@on_sqlite
 @pytest.mark.parametrize("kind", FORGED)
 def test_an_entry_in_another_form_is_found(filled: Records, kind: str) -> None:
-    last = filled.head().sequence
     with unguarded(filled) as connection:
-        where = schema.audit.c.sequence == last
-        entry = json.loads(
-            connection.execute(select(schema.audit.c.entry).where(where)).scalar_one()
-        )
-        content = FORGED[kind](entry)
-        digest = to_hash(content)
-        connection.execute(schema.audit.update().where(where).values(entry=content, hash=digest))
-        run(connection, f"UPDATE audit_head SET hash = '{digest}'")
+        forge(connection, kind)
     report = filled.audit()
     assert report.broken is not None
     assert len(report.broken) < 300
 
 
-class _EnoughError(Exception):
-    """Rolls a transaction back."""
-
-
-def check_after(records: Records, statement: str, **values: object) -> str | None:
-    """What an audit says after a change that is not kept."""
-    report = None
-    with (
-        contextlib.suppress(_EnoughError),
-        unguarded(records) as connection,
-    ):
-        connection.execute(text(statement), values)
-        report = chain.check(connection, frozenset())
-        raise _EnoughError
-    assert report is not None
-    return report.broken
+@pytest.mark.sweep
+@pytest.mark.parametrize("url", ["postgresql"], indirect=True)
+def test_the_same_is_found_in_a_server_s_database(filled: Records) -> None:
+    for statement, words in HANDS.values():
+        assert words in str(check_after(filled, statement)), statement
+    for kind in FORGED:
+        assert check_after(filled, partial(forge, kind=kind)) is not None, kind
+    assert filled.audit().broken is None
 
 
 def test_what_no_type_holds_is_found(tmp_path: Path) -> None:
@@ -274,7 +321,7 @@ def test_any_change_behind_the_triggers_is_found(
     (key,) = column.table.primary_key.columns
     one = f"SELECT {name} FROM {table} WHERE {key.name} = :key"
     with (
-        contextlib.suppress(InputError, _EnoughError),  # or it is none of the column's type
+        contextlib.suppress(InputError, EnoughError),  # or it is none of the column's type
         unguarded(filled) as connection,
     ):
         keys = connection.execute(select(key).order_by(key)).scalars().all()
@@ -286,7 +333,7 @@ def test_any_change_behind_the_triggers_is_found(
         is_same = [(type(value), value) for value in after] == [(type(before), before)]
         report = chain.check(connection, frozenset())
         assert (report.broken is None) == is_same
-        raise _EnoughError
+        raise EnoughError
 
 
 def test_the_command_audits_a_server_s_database(

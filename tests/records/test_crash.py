@@ -7,7 +7,7 @@ import pytest
 from opensuction.records.entry import CycleEnd, Outcome
 from opensuction.records.records import Records
 from tests.records.conftest import on_both
-from tests.records.test_two_writers import begin_writer
+from tests.records.writer import begin_writer
 
 DEAD = CycleEnd(Outcome.INTERRUPTED, "the program was killed", None)
 MAKING = (1, 5, 12, 30, 56, 80)
@@ -30,9 +30,9 @@ def check(url: str, answered: list[str]) -> None:
 
 def kill_before(url: str, statement: int, cycles: int) -> list[str]:
     writer = begin_writer(url, "M-1", cycles, statement)
-    said, _ = writer.communicate(timeout=300)
-    assert writer.returncode == -signal.SIGKILL
-    return said.split()
+    said = writer.wait()
+    assert writer.process.exitcode == -signal.SIGKILL
+    return said
 
 
 @pytest.mark.parametrize(
@@ -58,8 +58,7 @@ def test_killed_from_outside(url: str) -> None:
     answered: list[str] = []
     for after in (1, 4, 9):
         writer = begin_writer(url, "M-1", 1000)
-        assert writer.stdout is not None
-        answered += [writer.stdout.readline().strip() for _ in range(after)]
-        writer.kill()
-        answered += writer.communicate(timeout=300)[0].split()
+        answered += [writer.read() for _ in range(after)]
+        writer.process.kill()
+        answered += writer.wait()
         check(url, answered)

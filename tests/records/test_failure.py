@@ -22,7 +22,7 @@ from opensuction.records.database.schema import access_token, account_state
 from opensuction.records.records import Records
 from tests.records.conftest import in_server, on_both
 from tests.records.example import CLOGGED, COMPLETED, MACHINE, count_entries, fill, start
-from tests.records.test_two_writers import begin_writer
+from tests.records.writer import begin_writer
 
 NOBODY = 65534
 
@@ -405,8 +405,7 @@ def test_a_log_that_a_crash_left_is_read(tmp_path: Path) -> None:
     url = str(tmp_path / "records.db")
     with Records.open(url) as records:
         records.begin_cycle(start(machine="M-9", catheter="C-9"))
-    writer = begin_writer(url, "M-1", 5, 40)
-    answered = writer.communicate(timeout=300)[0].split()
+    answered = begin_writer(url, "M-1", 5, 40).wait()
     assert (tmp_path / "records.db-wal").stat().st_size > 0
     database = audit.open_for_audit(url)
     assert audit.audit(database).broken is None

@@ -19,7 +19,7 @@ from hypothesis.stateful import (
 from opensuction.kernel.errors import InputError
 from opensuction.records.entry import Action, CycleEnd, Outcome
 from opensuction.records.records import Records
-from tests.records.conftest import KINDS
+from tests.records.conftest import SELDOM_ON_BOTH
 from tests.records.example import CLOGGED, MACHINE, NOON, start
 
 MACHINES = st.sampled_from(["M-1", "M-2"])
@@ -171,7 +171,7 @@ class Life(RuleBasedStateMachine):
             self.records.close()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SELDOM_ON_BOTH)
 def test_any_life_is_as_the_model_says(kind: str, request: pytest.FixtureRequest) -> None:
     if kind == "sqlite":
         folder = request.getfixturevalue("tmp_path")

@@ -4,7 +4,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -14,26 +14,46 @@ from opensuction.records import audit, recording_check
 from opensuction.records.records import Records
 from tests.recording.cycle_file import example
 from tests.records import recorded
-from tests.records.example import MACHINE, fill, start, unguarded
+from tests.records.example import MACHINE, check_after, fill, start, unguarded
 from tests.records.recorded import name_of
 
 ONE, TWO, TORN, GONE_ON = name_of(1), name_of(2), name_of(3), name_of(3, 2)
 LONG_AGO_S = 100.0
 
 
+class Kept(NamedTuple):
+    """Recordings, where they lie, and a database that knows them; each test has a copy of both."""
+
+    folder: Path
+    copy: Path
+    database: Path
+
+
+@pytest.fixture(scope="module")
+def kept(sqlite_template: Path, tmp_path_factory: pytest.TempPathFactory) -> Kept:
+    within = tmp_path_factory.mktemp("kept")
+    folder, copy = within / "recordings", within / "copy"
+    folder.mkdir()
+    database = shutil.copy(sqlite_template, within / "records.db")
+    with Records.open(str(database)) as records:
+        recorded.fill(records, folder)
+    folder.rename(copy)
+    return Kept(folder, copy, Path(database))
+
+
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Of recordings that nobody writes to any more."""
     monkeypatch.setattr(recording_check, "RECENT_S", -1.0)
-    made = tmp_path / "recordings"
-    made.mkdir()
-    return made
+    shutil.copytree(kept.copy, kept.folder)
+    yield kept.folder
+    shutil.rmtree(kept.folder, ignore_errors=True)  # some are moved, or gone
 
 
 @pytest.fixture
-def records(tmp_path: Path, folder: Path) -> Iterator[Records]:
-    with Records.open(str(tmp_path / "records.db")) as opened:
-        recorded.fill(opened, folder)
+def records(tmp_path: Path, kept: Kept, folder: Path) -> Iterator[Records]:  # noqa: ARG001
+    url = str(shutil.copy(kept.database, tmp_path / "records.db"))
+    with Records.open(url) as opened:
         yield opened
 
 
@@ -201,16 +221,23 @@ def test_whatever_is_done_to_a_recording_is_said(records: Records, folder: Path,
 
 
 @pytest.mark.parametrize("how", ROWS)
-def test_whatever_is_done_to_the_row_of_a_recording_is_said(
-    url: str, folder: Path, how: str
-) -> None:
+def test_whatever_is_done_to_the_row_of_a_recording_is_said(records: Records, how: str) -> None:
     statement, words = ROWS[how]
-    with Records.open(url) as records:
+    assert records.audit().broken is None
+    with unguarded(records) as connection:
+        connection.exec_driver_sql(statement)
+    assert words in str(records.audit().broken)
+
+
+@pytest.mark.sweep
+def test_the_same_is_said_of_a_server_s_rows(postgresql_url: str, folder: Path) -> None:
+    with Records.open(postgresql_url) as records:
+        shutil.rmtree(folder)
+        folder.mkdir()
         recorded.fill(records, folder)
+        for how, (statement, words) in ROWS.items():
+            assert words in str(check_after(records, statement)), how
         assert records.audit().broken is None
-        with unguarded(records) as connection:
-            connection.exec_driver_sql(statement)
-        assert words in str(records.audit().broken)
 
 
 def test_both_of_two_that_were_swapped_are_named(records: Records, folder: Path) -> None:

@@ -1,7 +1,5 @@
 """Several programs and threads write at the same time: one trail, nothing lost."""
 
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -13,26 +11,16 @@ from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
 from tests.records.conftest import on_both
 from tests.records.example import CLOGGED, COMPLETED, MACHINE, count_entries, start
+from tests.records.writer import begin_writer
 
-ROOT = Path(__file__).resolve().parents[2]
 CYCLES = 25
-
-
-def begin_writer(url: str, machine: str, *numbers: int) -> "subprocess.Popen[str]":
-    """A writer of so many cycles; a second number: the statement before which it is killed."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "tests.records.writer", url, machine, *map(str, numbers)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
 
 
 def test_two_programs_make_a_new_database_and_one_trail(empty_url: str) -> None:
     url = empty_url
     writers = [begin_writer(url, machine, CYCLES) for machine in ("M-1", "M-2")]
-    said = [writer.communicate(timeout=300)[0].split() for writer in writers]
-    assert [writer.returncode for writer in writers] == [0, 0]
+    said = [writer.wait() for writer in writers]
+    assert [writer.process.exitcode for writer in writers] == [0, 0]
     with Records.open(url) as records:
         report = records.audit()
         assert report.broken is None
