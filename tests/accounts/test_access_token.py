@@ -11,6 +11,7 @@ from opensuction.accounts.site import NotAllowedError, NotSignedInError
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import Clock, begin, employ
+from tests.records.conftest import seldom_on_both
 
 WEEK = timedelta(days=7)
 
@@ -72,6 +73,7 @@ def test_a_token_is_revoked(accounts: Accounts) -> None:
         accounts.revoke_token(admin, "\ud800")
 
 
+@seldom_on_both
 @pytest.mark.parametrize("scope", [str(right) for right in Right if not right.startswith("see-")])
 def test_no_token_changes_anything(accounts: Accounts, scope: str) -> None:
     with pytest.raises(InputError, match=f"unknown scope '{scope}'"):
@@ -79,6 +81,7 @@ def test_no_token_changes_anything(accounts: Accounts, scope: str) -> None:
     assert accounts.list_tokens() == []
 
 
+@seldom_on_both
 @pytest.mark.parametrize(
     ("label", "scope", "life", "words"),
     [

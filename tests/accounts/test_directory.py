@@ -18,7 +18,7 @@ from opensuction.accounts.site import (
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import HERE, PASSWORDS, THERE, Clock, begin, employ, enter
-from tests.records.conftest import on_both
+from tests.records.conftest import on_both, seldom_on_both
 
 
 def test_the_first_start_makes_an_administrator_who_must_change_the_password(
@@ -273,6 +273,7 @@ BAD: dict[str, tuple[Callable[[Accounts], object], str]] = {
 }
 
 
+@seldom_on_both
 @pytest.mark.parametrize("kind", BAD)
 def test_what_cannot_be_is_one_line_and_changes_nothing(
     accounts: Accounts, records: Records, kind: str

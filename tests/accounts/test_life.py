@@ -31,7 +31,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import Attempt, Bearer
 from opensuction.records.records import Records
 from tests.accounts.example import CHEAP, HERE, THERE, Clock
-from tests.records.conftest import KINDS
+from tests.records.conftest import SELDOM_ON_BOTH
 
 NAMES = st.sampled_from(["admin", "anna", "bert", "ghost"])
 STAFF = st.sampled_from(["admin", "anna", "bert"])
@@ -314,7 +314,7 @@ class Life(RuleBasedStateMachine):
             self.records.close()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SELDOM_ON_BOTH)
 def test_any_life_is_as_the_model_says(kind: str, request: pytest.FixtureRequest) -> None:
     if kind == "sqlite":
         folder = request.getfixturevalue("tmp_path")

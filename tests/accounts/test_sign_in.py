@@ -25,7 +25,7 @@ from opensuction.accounts.site import (
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import CHEAP, HERE, PASSWORDS, THERE, Clock, begin, employ
-from tests.records.conftest import on_both
+from tests.records.conftest import on_both, seldom_on_both
 
 NO_NAMES = ("", "?", "\0", "\ud800", "' OR 1=1 --", "x" * 5000)
 """What no account is called."""
@@ -131,6 +131,7 @@ def test_who_signs_out_is_out_and_nobody_else(accounts: Accounts) -> None:
     accounts.find_session(second.session_token)
 
 
+@seldom_on_both
 @pytest.mark.parametrize("shown", [None, "", "0" * 64, "\ud800", "x" * 10_000])
 def test_a_change_needs_what_only_its_page_has(accounts: Accounts, shown: str | None) -> None:
     admin = begin(accounts)
@@ -141,6 +142,7 @@ def test_a_change_needs_what_only_its_page_has(accounts: Accounts, shown: str | 
             accounts.find_session_for_change(anna.session_token, wrong_one)
 
 
+@seldom_on_both
 @pytest.mark.parametrize("token", ["", "0" * 64, "\ud800", "x" * 100_000])
 def test_a_token_that_was_never_given_is_refused(accounts: Accounts, token: str) -> None:
     begin(accounts)
@@ -176,6 +178,7 @@ def test_a_guesser_waits_and_the_guessed_does_not(accounts: Accounts, clock: Clo
     assert isinstance(wrong(accounts), WaitError), "which helps the guesser nothing"
 
 
+@seldom_on_both
 def test_a_wait_ends_whoever_goes_on_trying(accounts: Accounts, clock: Clock) -> None:
     employ(accounts, begin(accounts), "anna")
     for _ in range(40):
@@ -301,6 +304,7 @@ CHANGES: dict[str, tuple[Callable[[str], tuple[str, str]], type[InputError], str
 }
 
 
+@seldom_on_both
 @pytest.mark.parametrize("kind", CHANGES)
 def test_a_password_that_is_not_taken_changes_nothing(accounts: Accounts, kind: str) -> None:
     token = employ(accounts, begin(accounts), "anna").session_token

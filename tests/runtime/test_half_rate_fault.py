@@ -123,10 +123,13 @@ BY_CONTACT = CycleChoice(
 )
 
 
-@pytest.mark.sweep
 @pytest.mark.parametrize(
     "fault",
-    [Fault.MOTOR_REVERSED, Fault.ENCODER_FROZEN, Fault.READING_LOST],
+    [
+        pytest.param(Fault.MOTOR_REVERSED, marks=pytest.mark.soak),
+        pytest.param(Fault.ENCODER_FROZEN, marks=pytest.mark.soak),
+        pytest.param(Fault.READING_LOST, marks=pytest.mark.sweep),
+    ],
     ids=lambda one: one.name,
 )
 def test_what_is_told_by_counted_ticks_breaks_no_more_bounds_at_500_hz(
