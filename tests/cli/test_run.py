@@ -22,7 +22,7 @@ from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records
 from opensuction.runtime import machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
-from tests.cli.command import begun, opensuction, wait_for
+from tests.cli.command import Process, begun, opensuction, wait_for
 from tests.console.served import free_port
 from tests.runtime.machine_room import wait
 
@@ -99,37 +99,40 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
         assert {"control-started", "recorder-started", "controller-ended"} <= did
 
 
-@pytest.mark.parametrize(
-    "umask",
-    [
-        pytest.param(0o000, marks=pytest.mark.sweep),
-        pytest.param(0o077, marks=pytest.mark.soak),
-    ],
-    ids=oct,
-)
-def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
-    name: str, tmp_path: Path, umask: int
-) -> None:
+def serve_under(umask: int, *arguments: str, cwd: Path) -> Process:
+    """Begin to serve as somebody whose files are by themselves readable for everybody, or not."""
     before = os.umask(umask)
     try:
-        served = begun(
-            *("serve", *NEONATE, "--name", name, "--database", "records/ward.db"),
-            *("--out", "runs/kept", "--port", str(free_port())),
-            cwd=tmp_path,
-        )
+        return begun("serve", *arguments, cwd=cwd)
     finally:
         os.umask(before)
+
+
+def check_private(name: str, made_in: Path) -> None:
+    """What a machine has written is its user's alone."""
+    folder = machine_folder.find(name)
+    assert wait((folder / console_process.LOG_FILE).exists, 60.0)
+    for one in (folder.parent, folder, *folder.iterdir(), *made_in.rglob("*")):
+        wanted = 0o700 if one.is_dir() else 0o600
+        assert (str(one), oct(stat.S_IMODE(one.lstat().st_mode))) == (str(one), oct(wanted))
+
+
+@pytest.mark.soak
+def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
+    name: str, tmp_path: Path
+) -> None:
+    """As where everybody may read what somebody writes, below."""
+    served = serve_under(
+        *(0o077, *NEONATE, "--name", name, "--database", "records/ward.db"),
+        *("--out", "runs/kept", "--port", str(free_port())),
+        cwd=tmp_path,
+    )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
     assert wait(lambda: holder(machine_folder.find(name) / machine_folder.RECORDS) is not None)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
     assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: list((tmp_path / "runs" / "kept").glob("*.mcap")) != [], 60.0)
-    assert wait((machine_folder.find(name) / console_process.LOG_FILE).exists, 60.0)
-    folder = machine_folder.find(name)
-    made = [folder.parent, folder, *folder.iterdir(), *tmp_path.rglob("*")]
-    for one in made:
-        wanted = 0o700 if one.is_dir() else 0o600
-        assert (str(one), oct(stat.S_IMODE(one.lstat().st_mode))) == (str(one), oct(wanted))
+    check_private(name, tmp_path)
     served.send_signal(signal.SIGTERM)
     served.communicate(timeout=120.0)
     assert served.returncode == 0
@@ -139,9 +142,10 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     name: str, tmp_path: Path
 ) -> None:
     port = str(free_port())
-    served = begun(
-        *("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept"),
-        *("--port", port),
+    database = tmp_path / "records" / "ward.db"
+    served = serve_under(
+        *(0o000, *NEONATE, "--name", name, "--database", "records/ward.db"),
+        *("--out", "runs/kept", "--port", port),
         cwd=tmp_path,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
@@ -169,6 +173,8 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     asked = {"ask": "abort", "key": "stop-0001"}
     pressed = httpx.post(f"{url}/api/v1/requests", json=asked, headers={"Origin": url})
     assert pressed.json()["verdict"] == "pressed"
+    assert list((tmp_path / "runs" / "kept").glob("*.mcap")) != []
+    check_private(name, tmp_path)
     # The password may still be being made: nobody hurries a whole walk through in a second.
     said = wait_for(f"Console: {url}/", served.stderr)
     served.send_signal(signal.SIGTERM)
@@ -176,11 +182,11 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     assert served.returncode == 0, said
     password = re.search(r"sign in as admin with the one-time password (\S+),", said)
     assert password is not None
-    with Records.open(str(tmp_path / "ward.db")) as records:
+    with Records.open(str(database)) as records:
         signed_in = Accounts(records.database).sign_in("admin", password[1], "127.0.0.1")
     assert signed_in.session.must_change_password
     assert is_gone(name)
-    with Records.open(str(tmp_path / "ward.db")) as records:
+    with Records.open(str(database)) as records:
         assert records.history.list_cycles(name)[0].outcome == "aborted"
         acts = records.history.list_actions(name, 50)
         assert ("nurse Kim", "abort") in [(one.done_by, one.what) for one in acts]

@@ -15,6 +15,7 @@ from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import (
     SHOWN_COLUMNS,
+    Heard,
     MachineCall,
     MachineSide,
 )
@@ -138,3 +139,26 @@ def test_a_delay_of_readings_and_messages_is_played() -> None:
             rows[name].append(shown(call, "readings.head_mm"))
     assert rows["plain"][:-5] == rows["late"][5:]
     assert rows["plain"][-1] > rows["plain"][0]
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("column", MESSAGE_COLUMNS)
+def test_a_message_with_anything_in_it_that_is_no_number_does_not_count(
+    column: str, value: float
+) -> None:
+    """Neither as a command nor as a greeting."""
+    heard = Heard(np.zeros(len(MESSAGE_COLUMNS)), np.zeros(machine_side.HEARD_COUNTS, np.int64))
+    bad = np.ones(len(MESSAGE_COLUMNS))
+    bad[MESSAGE_COLUMNS.index(column)] = value
+    assert not machine_side.hear(heard, 1, bad)
+    assert not machine_side.hear(heard, 2, greeting(0.0))
+    assert machine_side.hear(heard, 3, greeting(1.0))
+    assert not machine_side.hear(heard, 4, bad)
+    assert (heard.row == greeting(1.0)).all()
+
+
+def greeting(released: float) -> np.ndarray:
+    """A message with numbers alone. released: 1 from a controller that has started anew."""
+    made = np.full(len(MESSAGE_COLUMNS), 0.5)
+    made[MESSAGE_COLUMNS.index("released")] = released
+    return made

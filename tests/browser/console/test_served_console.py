@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 pytestmark = [pytest.mark.real_time, pytest.mark.browser, pytest.mark.sweep]
 
+SAID_MS = 4000
+"""For so long a page says what came of a button."""
+
 
 class Beside(NamedTuple):
     page: "Page"
@@ -58,10 +61,13 @@ def hold_start(page: "Page") -> None:
 def test_a_clinician_starts_and_a_start_that_is_refused_says_why(beside: Beside) -> None:
     page, machine = beside.page, beside.served.machine
     sign_in(beside, "clinician")
+    page.clock.install()
     hold_start(page)
     expect(page.locator(".start-why")).to_contain_text("Started")
     assert machine.pressed == [("start", PEOPLE["clinician"])]
+    page.clock.fast_forward(SAID_MS)
     expect(page.locator(".start-why")).not_to_contain_text("Started")
+    expect(page.locator(".bedside[data-stale]")).to_have_count(0)
     machine.refusal = int(Refusal.NOT_TAUGHT)
     hold_start(page)
     expect(page.locator(".start-why")).to_contain_text("no travel length has been set")

@@ -216,7 +216,7 @@ def test_who_signs_out_leaves_no_dialog_behind(bedside: Bedside) -> None:
 @pytest.mark.parametrize(
     ("left_name", "right_name"),
     [
-        pytest.param("bed-1", "bed-2", marks=pytest.mark.sweep),
+        pytest.param("bed-1", "bed-2", marks=pytest.mark.soak),
         pytest.param("room", "room", id="forwarded-from-two-computers"),
     ],
 )

@@ -15,7 +15,7 @@ from opensuction.runtime.machine_folder import CONFIGURATION
 from opensuction.session.running import basis
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.browser.console.conftest import TABLET
-from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX, findings
+from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
 from tests.console.listening import listening_app
 from tests.console.served import PEOPLE, free_port
 from tests.console.setup.bed import Bed, bed, until
@@ -83,7 +83,7 @@ def answered(page: "Page") -> None:
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.soak)])
 def test_setting_up_is_for_everybody(page: "Page", at_bed: Bed, scheme: "Scheme") -> None:
     page.emulate_media(color_scheme=scheme)
     sign_in(page, at_bed, "clinician")
