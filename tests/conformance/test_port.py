@@ -236,6 +236,7 @@ def speed_mm_per_s(port: Port, volts: float) -> float:
     return float((readings[place] - from_mm) / ((last - first) * port.facts.period_s))
 
 
+@pytest.mark.sweep
 @one_kind
 @pytest.mark.parametrize("times", [10.0, pytest.param(1e300, marks=pytest.mark.soak)])
 def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: float) -> None:
@@ -282,6 +283,7 @@ def test_a_command_with_anything_in_it_that_is_no_number_is_none(
         assert np.isfinite(readings).all()
 
 
+@pytest.mark.sweep
 @one_kind
 def test_what_one_controller_has_left_is_not_obeyed_for_the_next(
     machine: Machine, port: Port
@@ -298,6 +300,7 @@ def test_what_one_controller_has_left_is_not_obeyed_for_the_next(
         assert read(after, "head_mm") > 1.5
 
 
+@pytest.mark.sweep
 @one_kind
 def test_a_second_controller_is_refused_and_the_first_one_goes_on(
     machine: Machine, port: Port

@@ -245,6 +245,7 @@ def test_two_machines_of_one_computer_sign_nobody_out_of_each_other(
         context.close()
 
 
+@pytest.mark.sweep
 @pytest.mark.real_time
 def test_a_second_tab_of_one_browser_tells_the_first_whose_it_is(
     chromium: "Browser", tmp_path: Path

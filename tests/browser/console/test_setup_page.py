@@ -129,6 +129,7 @@ def test_a_clinician_types_a_vacuum_sees_what_it_means_and_sets_it(
     assert machine_folder.read(at_bed.site.folder).protocol.name == "paediatric, changed"
 
 
+@pytest.mark.sweep
 def test_who_is_late_keeps_what_was_typed_and_compares(page: "Page", at_bed: Bed) -> None:
     sign_in(page, at_bed, "clinician")
     page.fill("#draft-vacuum_mmhg", "66")
@@ -215,6 +216,7 @@ def test_stop_ends_teaching_at_any_step(page: "Page", at_bed: Bed) -> None:
     assert not basis.read(at_bed.site.folder).is_teaching
 
 
+@pytest.mark.sweep
 def test_a_catheter_is_changed(page: "Page", at_bed: Bed) -> None:
     sign_in(page, at_bed, "clinician")
     page.click("#part-catheter")

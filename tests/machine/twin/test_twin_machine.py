@@ -14,7 +14,7 @@ from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.machine.port import EVERYTHING, Capabilities
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_machine import TwinMachine, TwinTruth
-from opensuction.machine.twin.twin_process import SHOWN, playing
+from opensuction.machine.twin.twin_process import BEGUN, SHOWN, playing
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
@@ -22,17 +22,20 @@ from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from opensuction.twin.plant import PlantState
 from tests.controller.bedside import at_bed
 
-pytestmark = pytest.mark.real_time
-
 COMMAND = [sys.executable, "-m", "opensuction.machine.twin.twin_process"]
 
 
 @pytest.mark.parametrize("content", [None, b"", b"nothing of the kind"])
-def test_without_a_machine_to_play_it_says_so_in_a_line(
-    tmp_path: Path, content: bytes | None
-) -> None:
+def test_without_a_machine_to_play_it_says_so(tmp_path: Path, content: bytes | None) -> None:
     if content is not None:
-        (tmp_path / "machine.npz").write_bytes(content)
+        (tmp_path / BEGUN).write_bytes(content)
+    with pytest.raises(InputError, match="no machine to play in "), playing(tmp_path):
+        pass
+
+
+@pytest.mark.real_time
+def test_a_process_that_cannot_play_ends_with_a_line(tmp_path: Path) -> None:
+    (tmp_path / BEGUN).write_bytes(b"nothing of the kind")
     found = subprocess.run([*COMMAND, str(tmp_path)], capture_output=True, text=True, check=False)
     assert found.returncode == 1
     assert found.stderr.startswith("opensuction: no machine to play in ")
