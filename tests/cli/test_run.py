@@ -192,11 +192,14 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
         assert ("nurse Kim", "abort") in [(one.done_by, one.what) for one in acts]
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_a_machine_lost_with_the_tip_inside_is_told_and_the_next_one_waits_for_a_person(
     name: str, tmp_path: Path
 ) -> None:
-    """Its twin dies, and the patient with it: nobody can bring that catheter out."""
+    """Its twin dies, and the patient with it: nobody can bring that catheter out.
+
+    `session/running/test_predecessor.py` asks the same of what a machine leaves, without processes.
+    """
     options = ("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept")
     served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)

@@ -205,8 +205,13 @@ def test_a_socket_from_elsewhere_is_refused_with_a_problem(console: Served) -> N
 def test_a_page_that_hangs_costs_the_others_nothing(console: Served) -> None:
     """It reads no more: its socket fills, and it alone waits."""
     headers = {"Origin": console.url}
-    hangs = {"max_queue": 1, "close_timeout": 0.1}  # nobody waits for its last words
-    with connect(live_url(console), additional_headers=headers, **hangs) as hanging:
+    hangs = connect(
+        live_url(console),
+        additional_headers=headers,
+        max_queue=1,
+        close_timeout=0.1,  # nobody waits for its last words
+    )
+    with hangs as hanging:
         with connect(live_url(console), additional_headers=headers) as page:
             first = page.recv()
             for _ in range(30):

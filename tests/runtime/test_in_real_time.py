@@ -12,9 +12,8 @@ from tests.runtime.room import Room
 pytestmark = pytest.mark.real_time
 
 
-@pytest.mark.soak
+@pytest.mark.sweep
 def test_a_supervisor_replaces_what_stands_still(tmp_path: Path) -> None:
-    """In `make test` `test_kills` has it replace one that hangs, and one that dies."""
     with running(begins=False) as room:
         test_supervisor.test_what_stands_still_is_replaced_and_the_catheter_comes_out(
             room, tmp_path
