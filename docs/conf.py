@@ -8,9 +8,10 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
+from docs.generator.notebook_page import UNCOMPILED, kept_page
 from docs.generator.site_text import ROOT_PAGES, moved, tag_links, tags, told_tests
 
-os.environ["NUMBA_DISABLE_JIT"] = "1"  # autodoc reads functions, not their compiled form
+os.environ[UNCOMPILED] = "1"  # autodoc reads functions, not their compiled form
 # A style of code switches every library's messages on as it is loaded.
 logging.getLogger("alembic").setLevel(logging.WARNING)
 
@@ -20,6 +21,7 @@ TAGS = tags((DOCS / "sources.md").read_text(encoding="utf-8"))
 project = "opensuction"
 html_title = "opensuction"
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
+source_suffix = {".md": "markdown", ".ipynb": "markdown"}
 exclude_patterns = ["examples", "generator"]
 nitpicky = True
 html_theme = "furo"
@@ -39,8 +41,14 @@ add_module_names = False
 toc_object_entries = False
 
 
-def complete(_: Sphinx, page: str, text: list[str]) -> None:
-    """Show a file of the root in its place, let tests speak and tags lead to their sources."""
+def complete(site: Sphinx, page: str, text: list[str]) -> None:
+    """Show a file of the root in its place, let tests speak and tags lead to their sources.
+
+    Of a notebook, what its cells give as well.
+    """
+    file = Path(site.env.doc2path(page))
+    if file.suffix == ".ipynb":
+        text[0] = kept_page(file)
     if page in ROOT_PAGES:
         text[0] = moved((DOCS.parent / ROOT_PAGES[page]).read_text(encoding="utf-8"), page)
     text[0] = told_tests(text[0]) + "\n\n" + tag_links(TAGS, page)

@@ -10,10 +10,12 @@ from typing import Any
 __version__ = "0.2.0"
 
 _MODULES = {
+    "Commands": "kernel.interface",
     "Comparison": "library.workbench",
     "Configuration": "controller.configuration",
     "Controller": "runtime.embedded_controller",
     "Fit": "library.fit",
+    "IDLE": "twin.machine.fail_safe",
     "InputError": "kernel.errors",
     "Leaderboard": "library.leaderboard",
     "Monitor": "kernel.interface",
@@ -23,6 +25,7 @@ _MODULES = {
     "Requests": "kernel.interface",
     "Run": "library.run",
     "TrialRun": "library.trial_run",
+    "Twin": "library.twin",
     "compare": "library.workbench",
     "controller_settings": "session.embedding",
     "cycle": "library.run",

@@ -88,8 +88,17 @@ class Run:
         return f"Run({who}, {found.outcome}, {seconds:.1f} s, seed {found.seed})"
 
 
-def _text(name: Name | None) -> str | None:
+def text(name: Name | None) -> str | None:
+    """Name of a preset or path of a file, as the rooms below take it."""
     return None if name is None else fspath(name)
+
+
+def checked_seed(seed: int) -> int:
+    """A seed as the generators take it. Raises InputError for what is none of them."""
+    seed = index(seed)
+    if not 0 <= seed <= LARGEST_SEED:
+        raise InputError(f"seed {seed}: should be 0 to {LARGEST_SEED}")
+    return seed
 
 
 def cycle(  # noqa: PLR0913 - what the command takes, each by its name
@@ -116,12 +125,9 @@ def cycle(  # noqa: PLR0913 - what the command takes, each by its name
     not fit or cannot be planned.
     """
     began_s = clock.perf_counter()
-    seed = index(seed)
-    if not 0 <= seed <= LARGEST_SEED:
-        raise InputError(f"seed {seed}: should be 0 to {LARGEST_SEED}")
     choice = CycleChoice(
-        rig=RigChoice(_text(machine), _text(patient), catheter, conduit, seed),
-        protocol=_text(protocol),
+        rig=RigChoice(text(machine), text(patient), catheter, conduit, checked_seed(seed)),
+        protocol=text(protocol),
         approach=approach,
         compensation=fspath(compensation),
         taught_mm=taught_mm,

@@ -14,7 +14,7 @@ from opensuction.evidence.trial import trial_page, trial_summary
 from opensuction.evidence.trial.trial_summary import Effort
 from opensuction.kernel.errors import InputError
 from opensuction.library.columns import in_python
-from opensuction.library.run import LARGEST_SEED, Name
+from opensuction.library.run import Name, checked_seed
 from opensuction.result.plain import Json, to_json
 from opensuction.result.trial_result import FaultCount, PatientEndpoints, Trial, TrialResult
 
@@ -79,13 +79,11 @@ def trial(
     Raises InputError, in one line, for unknown names and numbers that cannot be meant, and
     `evidence.worker_pool.WorkerLostError` where process after process dies.
     """
-    cycles, seed = index(cycles), index(seed)
+    cycles, seed = index(cycles), checked_seed(seed)
     workers = worker_pool.count_cores() if workers is None else index(workers)
     for name, value in (("cycles", cycles), ("workers", workers)):
         if value < 1:
             raise InputError(f"{name} {value}: should be 1 or more")
-    if not 0 <= seed <= LARGEST_SEED:
-        raise InputError(f"seed {seed}: should be 0 to {LARGEST_SEED}")
     chosen = Trial(faults, cohort, seed, compensation, preoxygenation)
     began_s = clock.perf_counter()
     with in_python(), tempfile.TemporaryDirectory(prefix="opensuction-") as folder:
