@@ -10,6 +10,7 @@ from opensuction.control.motion_profile import HeadLimits, Profile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl
 from opensuction.hysteresis.play_sum import NONE_MM
+from tests.settled import settled
 
 DT_S = 0.001
 LIMITS = HeadLimits(speed_mm_per_s=17.0, acceleration_mm_per_s2=200.0)
@@ -40,14 +41,18 @@ def wanted(time_s: float) -> tuple[float, float, float]:
     return *motion_profile.at(way_out, time_s - LEFT_S), direction
 
 
+step = settled(backlash_inverse.step)
+output_mm = settled(modified_dahl.output_mm)
+
+
 def cycle(model: ModifiedDahl) -> Cycle:
     lag = modified_dahl.saturation_mm(model)
     state = HeadState((0.0 - lag - model.offset_mm) / model.slope, 0.0, lag, NONE_MM)
     rows = []
     for tick in range(round(END_S / DT_S)):
         reference, speed, direction = wanted(tick * DT_S)
-        state = backlash_inverse.step(model, LIMITS, state, reference, speed, direction, DT_S)
-        tip = modified_dahl.output_mm(model, state.head_mm, state.lag_mm)
+        state = step(model, LIMITS, state, reference, speed, direction, DT_S)
+        tip = output_mm(model, state.head_mm, state.lag_mm)
         rows.append((tick * DT_S, reference, state.head_mm, state.head_mm_per_s, tip))
     return Cycle(*np.array(rows).T)
 

@@ -14,6 +14,7 @@ from opensuction.control.motion_profile import HeadLimits, Profile
 from opensuction.control.preview import EARLY_MM, TOUCH_MM, RunIn
 from opensuction.hysteresis import play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from tests.settled import settled
 
 DT_S = 0.001
 LIMITS = HeadLimits(speed_mm_per_s=17.0, acceleration_mm_per_s2=200.0)
@@ -58,6 +59,9 @@ def wanted(time_s: float) -> tuple[tuple[float, float], tuple[float, float]]:
     return motion_profile.at(Profile(90.0, 0.0, 9.0, 200.0), time_s - LEFT_S), announced
 
 
+step = settled(preview.step)
+
+
 @cache
 def cycle(ahead: bool) -> Cycle:
     head = float(prandtl_ishlinskii.saturated_head_mm(ARRAYS, 0.0, -1.0))
@@ -70,7 +74,7 @@ def cycle(ahead: bool) -> Cycle:
             goal = preview.aim_ahead(RUN_IN, *reference, *announced)
         else:
             goal = preview.aim_now(MODEL, state, *reference)
-        state = preview.step(MODEL, LIMITS, state, goal, DT_S)
+        state = step(MODEL, LIMITS, state, goal, DT_S)
         tip = play_sum.output_mm(MODEL, state.plays_mm, state.head_mm)
         rows.append((reference[0], state.head_mm, state.head_mm_per_s, tip))
     return Cycle(*np.array(rows).T)
@@ -116,7 +120,7 @@ def test_a_start_that_does_not_come_moves_the_tip_no_further_than_allowed() -> N
     state, tips = HeadState(head, 0.0, 0.0, plays), []
     for _ in range(4000):
         goal = preview.aim_ahead(RUN_IN, 0.0, 0.0, 1.0, 0.01)
-        state = preview.step(MODEL, LIMITS, state, goal, DT_S)
+        state = step(MODEL, LIMITS, state, goal, DT_S)
         tips.append(play_sum.output_mm(MODEL, state.plays_mm, state.head_mm))
     assert max(tips) == pytest.approx(EARLY_MM, abs=0.02)
 

@@ -9,6 +9,7 @@ from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import AlarmState, Buttons, Signals
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode, encode
+from tests.settled import settled
 
 SETTINGS = alarm_state.check_settings(pause_s=120.0, reminder_s=60.0)
 DT_S = 0.5
@@ -45,6 +46,9 @@ class Row(NamedTuple):
         return {Condition(bit) for bit in decode(self.signals.acknowledged)}
 
 
+step = settled(alarm.step)
+
+
 def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: AlarmState | None = None) -> list[Row]:
     """Signals of each tick, from power-up unless a state is given."""
     state = alarm_state.START if state is None else state
@@ -52,7 +56,7 @@ def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: AlarmState | None = No
     for tick in ticks:
         buttons = Buttons(tick.acknowledge, tick.audio_pause, tick.reset)
         wrong = encode(set(tick.conditions))
-        state, signals = alarm.step(SETTINGS, state, wrong, tick.planned_work, buttons, dt_s)
+        state, signals = step(SETTINGS, state, wrong, tick.planned_work, buttons, dt_s)
         rows.append(Row(tick, signals, state))
     return rows
 

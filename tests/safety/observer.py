@@ -5,6 +5,7 @@ from opensuction.safety.limits import Limits
 from opensuction.safety.watch import watch
 from opensuction.safety.watch.watch_state import Watch
 from tests.safety.watchdog import DT_S, LIMITS, believed, changed, staying
+from tests.settled import settled
 
 HEAD_MM = 50.0
 
@@ -17,6 +18,9 @@ def seen(head_mm: float = HEAD_MM, **values: object) -> Watch:
     return known
 
 
+step = settled(watch.step)
+
+
 def observed(
     before: Watch,
     readings: Readings,
@@ -27,4 +31,4 @@ def observed(
 ) -> Watch:
     told = changed(staying(before.head_mm), last)
     vote = believed(limits, before, readings)
-    return watch.step(limits, before, told, valve_command_changed, readings, vote, overrun, DT_S)
+    return step(limits, before, told, valve_command_changed, readings, vote, overrun, DT_S)

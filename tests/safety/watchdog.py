@@ -22,6 +22,7 @@ from opensuction.safety.limits import (
 )
 from opensuction.safety.watch import valve_axis
 from opensuction.safety.watch.watch_state import Watch
+from tests.settled import settled
 
 DT_S = 0.001
 NAN = float("nan")
@@ -173,6 +174,10 @@ def believed(limits: Limits, seen: Watch, readings: Readings) -> HeadVote:
     )
 
 
+locate = settled(governor.locate)
+govern = settled(governor.step)
+
+
 def step(
     limits: Limits,
     state: GovernorState,
@@ -183,7 +188,7 @@ def step(
 ) -> tuple[GovernorState, Setpoints, Verdict]:
     """A tick of the governor, the head where the encoder has it."""
     vote = believed(limits, state.watch, readings)
-    return governor.step(limits, state, proposal, readings, vote, overrun, dt_s)
+    return govern(limits, state, proposal, readings, vote, overrun, dt_s)
 
 
 def run(
@@ -201,8 +206,8 @@ def run(
         time_s = i * DT_S
         readings = report(time_s, state.last.head_mm)
         volts = borne_v(limits, state.watch, readings)
-        vote = governor.locate(limits, state, readings, volts, DT_S)
-        state, allowed, verdict = governor.step(
+        vote = locate(limits, state, readings, volts, DT_S)
+        state, allowed, verdict = govern(
             limits, state, propose(time_s), readings, vote, overrun(time_s), DT_S
         )
         ticks.append(Tick(time_s, readings, allowed, verdict, state))

@@ -12,6 +12,7 @@ from opensuction.procedure.cycle.check import ORDER, CheckItem, CheckSeen, Check
 from opensuction.procedure.planning.protocol import plan_check
 from tests.procedure.cycle.test_progress import AT_HOME
 from tests.procedure.planning.test_planner import BENCH
+from tests.settled import settled
 
 DT_S = 0.001
 NAN = float("nan")
@@ -33,11 +34,14 @@ def answer(state: CheckState) -> tuple[Readings, CheckSeen]:
     return AT_HOME._replace(line_vacuum_mmhg=min(wanted, PLAN.relief_mmhg) + 3.0), seen
 
 
+step = settled(check.step)
+
+
 def at(item: CheckItem) -> CheckState:
     """Sound until an item begins."""
     state = check.begin()
     while state.item != item:
-        state = check.step(PLAN, state, *answer(state), DT_S)
+        state = step(PLAN, state, *answer(state), DT_S)
     return state
 
 
@@ -47,7 +51,7 @@ def failure(item: CheckItem, seen: dict[str, Any], **readings: Any) -> CheckItem
     ticks = 0
     while state.item == item and state.failed == 0:
         sound, view = answer(state)
-        state = check.step(PLAN, state, sound._replace(**readings), view._replace(**seen), DT_S)
+        state = step(PLAN, state, sound._replace(**readings), view._replace(**seen), DT_S)
         ticks += 1
     assert ticks * DT_S <= PLAN.limits_s[item] + 2 * DT_S
     return CheckItem(state.failed)
@@ -59,7 +63,7 @@ def test_a_sound_machine_passes_every_item_in_order() -> None:
     while state.item != CheckItem.NONE:
         if not order or order[-1] != state.item:
             order.append(CheckItem(state.item))
-        state = check.step(PLAN, state, *answer(state), DT_S)
+        state = step(PLAN, state, *answer(state), DT_S)
         ticks += 1
     assert tuple(order) == ORDER
     assert state.failed == CheckItem.NONE
@@ -103,7 +107,7 @@ def test_a_line_may_lose_five_percent_in_a_second(lost: float, passes: bool) -> 
     state = at(CheckItem.VACUUM_HOLDS)
     for tick in range(2000):
         fallen = 120.0 * (1.0 - lost * max(tick * DT_S - check.VACUUM_SETTLE_S, 0.0) / check.LEAK_S)
-        state = check.step(PLAN, state, AT_HOME._replace(line_vacuum_mmhg=fallen), RESTING, DT_S)
+        state = step(PLAN, state, AT_HOME._replace(line_vacuum_mmhg=fallen), RESTING, DT_S)
         if state.item == CheckItem.NONE or state.failed != CheckItem.NONE:
             break
     assert state.failed == (CheckItem.NONE if passes else CheckItem.VACUUM_HOLDS)
@@ -137,7 +141,7 @@ def test_a_bouncing_contact_never_passes_in_less_than_its_time(closed: list[bool
     state = at(CheckItem.CONTACT_OPEN)
     unbroken = 0
     for bounced in closed:
-        state = check.step(PLAN, state, VENTED._replace(contact_closed=bounced), RESTING, DT_S)
+        state = step(PLAN, state, VENTED._replace(contact_closed=bounced), RESTING, DT_S)
         unbroken = 0 if bounced else unbroken + 1
         if state.item != CheckItem.CONTACT_OPEN:
             assert unbroken * DT_S >= check.HOLD_S

@@ -10,6 +10,7 @@ from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.planning.planner import WAY_IN_MMHG
 from tests.procedure.cycle.test_progress import AT_HOME, DT_S, QUIET
 from tests.procedure.cycle.test_progress import PLAN as AT_BENCH
+from tests.settled import settled
 
 PLAN = AT_BENCH._replace(bench_only=False, way_in_mmhg=WAY_IN_MMHG)
 """At a patient."""
@@ -35,13 +36,13 @@ def stepped(
     return followed(state, readings)
 
 
+step = settled(cycle.step)
+
+
 def followed(
     state: ProcedureState, readings: Readings, feedback: ControlFeedback = AWAY
 ) -> tuple[ProcedureState, Demand]:
-    after: tuple[ProcedureState, Demand] = cycle.step(
-        PLAN, state, readings, NO_REQUESTS, feedback, DT_S
-    )
-    return after
+    return step(PLAN, state, readings, NO_REQUESTS, feedback, DT_S)
 
 
 @pytest.mark.requirement("OS-R03")

@@ -14,6 +14,7 @@ from opensuction.procedure.planning.protocol import BENCH_SITE, PAPER
 from opensuction.procedure.suction.line_flow import FreeFlow
 from tests.procedure.cycle.test_progress import AT_HOME, DT_S, QUIET
 from tests.procedure.planning.test_planner import EXCITATION, WITH_GAP
+from tests.settled import settled
 
 WAIT_S = 2.0
 FLOW = FreeFlow(
@@ -44,6 +45,9 @@ def dwelling(plan: Plan) -> ProcedureState:
     return begun._replace(reference_mm=90.0, start_mm=90.0, arrived_ticks=2000, valve_open=True)
 
 
+step = settled(cycle.step)
+
+
 def play(
     plan: Plan, state: ProcedureState, vacuums_mmhg: list[tuple[float, float]]
 ) -> list[tuple[ProcedureState, Demand]]:
@@ -52,7 +56,7 @@ def play(
     for seconds, vacuum_mmhg in vacuums_mmhg:
         readings = FREE._replace(line_vacuum_mmhg=vacuum_mmhg)
         for _ in range(round(seconds / DT_S)):
-            state, asked = cycle.step(plan, state, readings, NO_REQUESTS, UNSETTLED, DT_S)
+            state, asked = step(plan, state, readings, NO_REQUESTS, UNSETTLED, DT_S)
             found.append((state, asked))
     return found
 

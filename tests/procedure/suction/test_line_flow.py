@@ -12,6 +12,7 @@ from opensuction.procedure.suction import line_flow
 from opensuction.procedure.suction.line_flow import NOTHING_SEEN, FlowSeen, FreeFlow
 from opensuction.twin.machine import suction_line
 from opensuction.twin.machine.suction_line import SuctionLine, SuctionState
+from tests.settled import settled
 
 DT_S = 0.001
 MUCUS = 0.4
@@ -48,6 +49,10 @@ SENSORS = [
 ]
 
 
+draw = settled(suction_line.step)
+look = settled(line_flow.step)
+
+
 def watch(
     flow: FreeFlow,
     line: SuctionLine,
@@ -66,11 +71,11 @@ def watch(
     seen, rests, found, ticks = NOTHING_SEEN, flow.at_rest, [], 0
     for share in shares:
         for noise in chance.normal(0.0, 1.0, round(1.0 / DT_S)):
-            state = suction_line.step(line, state, not rests, set_mmhg, share, 0.0, DT_S)
+            state = draw(line, state, not rests, set_mmhg, share, 0.0, DT_S)
             reading = state.vacuum_mmhg + sensor.offset_mmhg + sensor.noise_mmhg * float(noise)
             ticks += 1
             if ticks % every == 0:
-                seen = line_flow.step(flow, seen, reading, True, not rests, every * DT_S)
+                seen = look(flow, seen, reading, True, not rests, every * DT_S)
                 found.append(seen)
             if flow.at_rest:
                 rests = state.vacuum_mmhg >= (0.9 if rests else 1.0) * set_mmhg

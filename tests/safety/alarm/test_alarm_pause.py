@@ -8,7 +8,18 @@ from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S, RELEASED, SILE
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
 from opensuction.safety.handling import Priority
-from tests.safety.annunciator import DT_S, QUIET, SETTINGS, SPO2, Tick, lasting, press, run, wrong
+from tests.safety.annunciator import (
+    DT_S,
+    QUIET,
+    SETTINGS,
+    SPO2,
+    Tick,
+    lasting,
+    press,
+    run,
+    step,
+    wrong,
+)
 
 C = Condition
 
@@ -38,7 +49,7 @@ def test_a_pause_of_a_millisecond_controller_is_not_a_tick_too_long() -> None:
     silent = sum(row.signals.audible == Priority.NONE for row in rows)
     state, conditions = rows[-1].state, encode(set(SPO2.conditions))
     for _ in range(121000):
-        state, signals = alarm.step(SETTINGS, state, conditions, False, RELEASED, 0.001)
+        state, signals = step(SETTINGS, state, conditions, False, RELEASED, 0.001)
         silent += signals.audible == Priority.NONE
     assert silent == 120000
 

@@ -31,7 +31,17 @@ from opensuction.safety.watch.vacuum_signature import LineFilter, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 from opensuction.safety.watch.watch import PARKED_MM
 from opensuction.safety.watch.watch_state import Durations, Watch
-from tests.safety.watchdog import DT_S, HEAD_CAP_MM, LIMITS, PARK_MM, follows, run, staying
+from tests.safety.watchdog import (
+    DT_S,
+    HEAD_CAP_MM,
+    LIMITS,
+    PARK_MM,
+    follows,
+    govern,
+    locate,
+    run,
+    staying,
+)
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
 plausible = st.floats(-80.0, 160.0)
@@ -197,8 +207,8 @@ class Case:
         overrun: bool,
     ) -> None:
         self.before, self.proposal = state, proposal
-        vote = governor.locate(LIMITS, state, read, volts, DT_S)
-        self.after, self.allowed, self.verdict = governor.step(
+        vote = locate(LIMITS, state, read, volts, DT_S)
+        self.after, self.allowed, self.verdict = govern(
             LIMITS, state, proposal, read, vote, overrun, DT_S
         )
         self.seen = self.after.watch

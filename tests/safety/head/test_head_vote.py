@@ -11,6 +11,7 @@ from opensuction.safety.head import head_vote
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS
 from tests.safety.watchdog import DT_S, LIMITS, NAN, changed, sound
+from tests.settled import settled
 
 DRIVE = LIMITS.drive
 SPEED_MM_PER_S = -15.0
@@ -32,6 +33,9 @@ def told(tick: int) -> Readings:
     return sound(head_mm)._replace(carriage_mm=carriage_mm)
 
 
+step_vote = settled(head_vote.step)
+
+
 def step(
     vote: HeadVote,
     readings: Readings,
@@ -42,7 +46,7 @@ def step(
 ) -> HeadVote:
     """A tick in which the motor turns as fast as it has done."""
     volts = SPEED_MM_PER_S / DRIVE.mm_per_s_per_v
-    return head_vote.step(DRIVE, vote, readings, driven, volts, speed, apart, DT_S)
+    return step_vote(DRIVE, vote, readings, driven, volts, speed, apart, DT_S)
 
 
 def going(ticks: int = 200) -> HeadVote:
@@ -317,19 +321,19 @@ def test_the_current_limit_rules_the_motor_where_it_is_reached() -> None:
     least_mm_per_s, most_mm_per_s = 0.1, 0.6
     for measured, slower in ((0.05, least_mm_per_s), (0.3, 0.3), (2.0, most_mm_per_s)):
         speed = vote.motor_mm_per_s - measured
-        after = head_vote.step(DRIVE, vote, limited, True, -24.0, speed, False, DT_S)
+        after = step_vote(DRIVE, vote, limited, True, -24.0, speed, False, DT_S)
         assert after.motor_mm_per_s == pytest.approx(vote.motor_mm_per_s - slower)
     # Below it the back-EMF does.
     current_a = -1.0 / DRIVE.newton_per_a
     free = told(201)._replace(insertion_current_a=current_a)
-    after = head_vote.step(DRIVE, vote, free, True, -20.0, SPEED_MM_PER_S, False, DT_S)
+    after = step_vote(DRIVE, vote, free, True, -20.0, SPEED_MM_PER_S, False, DT_S)
     back_v = -20.0 - DRIVE.volts_per_a * current_a
     assert after.motor_mm_per_s == pytest.approx(DRIVE.mm_per_s_per_v * back_v)
     # No faster than a drive can change its speed.
-    slowed = head_vote.step(DRIVE, vote, free, True, 0.0, SPEED_MM_PER_S, False, DT_S)
+    slowed = step_vote(DRIVE, vote, free, True, 0.0, SPEED_MM_PER_S, False, DT_S)
     assert slowed.motor_mm_per_s == pytest.approx(vote.motor_mm_per_s + most_mm_per_s)
     for _ in range(500):
-        after = head_vote.step(DRIVE, after, limited, True, -24.0, -99.0, False, DT_S)
+        after = step_vote(DRIVE, after, limited, True, -24.0, -99.0, False, DT_S)
     assert after.motor_mm_per_s == pytest.approx(-DRIVE.mm_per_s_per_v * DRIVE.supply_v)
 
 

@@ -10,6 +10,7 @@ from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.limits import PatientLimits
 from opensuction.safety.watch import patient_watch
 from opensuction.safety.watch.patient_watch import UNSEEN, PatientWatch
+from tests.settled import settled
 
 DT_S = 0.01
 """As often as a monitor's pressure comes."""
@@ -37,6 +38,9 @@ def breathing(time_s: float) -> Monitor:
     return at_pressure(PEEP + 12.0 if time_s % PERIOD_S < 1.3 else PEEP)
 
 
+step = settled(patient_watch.step)
+
+
 def watched(
     report: Report,
     seconds: float,
@@ -47,7 +51,7 @@ def watched(
     """State after each sample."""
     states = []
     for i in range(round(seconds / DT_S)):
-        watch = patient_watch.step(limits, watch, report(i * DT_S), sucking, DT_S)
+        watch = step(limits, watch, report(i * DT_S), sucking, DT_S)
         states.append(watch)
     return states
 

@@ -5,15 +5,19 @@ import pytest
 
 from opensuction.safety.watch import bus_watch
 from opensuction.safety.watch.bus_watch import DEAD_TICKS, STALE_TICKS, START, BusWatch
+from tests.settled import settled
 
 DT_S = 0.001
+
+
+step = settled(bus_watch.step)
 
 
 def heard(vacuum_mmhg: np.ndarray) -> list[BusWatch]:
     """State after each reading of the line's vacuum, all other sensors at rest."""
     state, states = START, []
     for change in np.diff(vacuum_mmhg):
-        state = bus_watch.step(state, float(change), bool(change == 0.0), DT_S)
+        state = step(state, float(change), bool(change == 0.0), DT_S)
         states.append(state)
     return states
 

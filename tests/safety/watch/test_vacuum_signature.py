@@ -12,6 +12,7 @@ from opensuction.procedure.cycle import cycle as cycle_of
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.safety.watch import vacuum_signature
+from tests.settled import settled
 
 DT_S = 0.001
 
@@ -43,6 +44,10 @@ def after(line: Line, vacuum: float, pump_on: bool, wanted: float, opened: bool)
     return max((free + source) / (1.0 + stiff), 0.0)
 
 
+step = settled(vacuum_signature.step)
+judge = settled(vacuum_signature.judge)
+
+
 def watched(
     fault: Line,
     set_mmhg: float,
@@ -71,8 +76,8 @@ def watched(
         on = on and not rests(time_s) and not (limits.rests_open and enough)
         line = broken if time_s >= at_s else sound
         vacuum = after(line, vacuum, on, wanted, is_open)
-        state = vacuum_signature.step(limits, state, vacuum, wanted, on, is_open, not is_open, DT_S)
-        mask = vacuum_signature.judge(limits, state, False)
+        state = step(limits, state, vacuum, wanted, on, is_open, not is_open, DT_S)
+        mask = judge(limits, state, False)
         if mask and not found:
             first_s = time_s - at_s
         found |= mask
@@ -214,8 +219,8 @@ def test_a_pump_that_runs_on_differs_from_a_line_that_is_not_vented() -> None:
         state, vacuum = vacuum_signature.START, 120.0
         for _ in range(1500):
             vacuum = after(Line(regulator=0.0), vacuum, still_on, 0.0, opened=False)
-            state = vacuum_signature.step(limits, state, vacuum, 0.0, False, False, True, DT_S)
-        assert condition_mask.decode_trips(vacuum_signature.judge(limits, state, False)) == [code]
+            state = step(limits, state, vacuum, 0.0, False, False, True, DT_S)
+        assert condition_mask.decode_trips(judge(limits, state, False)) == [code]
 
 
 @pytest.mark.requirement("OS-R16")

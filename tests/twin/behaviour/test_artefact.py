@@ -7,10 +7,14 @@ from opensuction.kernel import random_stream
 from opensuction.kernel.interface import NO_MONITOR
 from opensuction.twin.behaviour import behaviour, spontaneous_event
 from opensuction.twin.behaviour.behaviour import Artefact, ArtefactState
+from tests.settled import settled
 from tests.twin.behaviour import bed
 
 OFTEN = Artefact(per_s=0.01, cough_ratio=20.0)
 SHOWN = NO_MONITOR._replace(connected=True, spo2_percent=96.0, spo2_valid=True)
+
+
+step_artefact = settled(behaviour.step_artefact)
 
 
 def begun(since_s: float, seconds: float) -> list[ArtefactState]:
@@ -18,7 +22,7 @@ def begun(since_s: float, seconds: float) -> list[ArtefactState]:
     state, found = behaviour.clear(random_stream.stream(2, 9)), []
     for _ in range(round(seconds / 0.1)):
         before = state.left_s
-        state = behaviour.step_artefact(OFTEN, state, since_s, 94.0, 0.1)
+        state = step_artefact(OFTEN, state, since_s, 94.0, 0.1)
         if state.left_s > before:
             found.append(state)
     return found

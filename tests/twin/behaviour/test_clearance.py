@@ -7,6 +7,7 @@ from opensuction.kernel.record import Array
 from opensuction.twin import bedside, coupling
 from opensuction.twin.behaviour import behaviour
 from opensuction.twin.behaviour.behaviour import Clearance, Store
+from tests.settled import settled
 from tests.twin.behaviour import bed
 
 CARINA_MM = 65.0
@@ -24,11 +25,14 @@ LYING = np.array([0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
 NOTHING = np.zeros(12)
 
 
+step_clearance = settled(behaviour.step_clearance)
+
+
 def go_on(
     loose: Array, store: Store, seconds: float, muscle: float = 0.0, made: Array = NOTHING
 ) -> tuple[Array, Store]:
     for _ in range(round(seconds / 0.1)):
-        loose, store = behaviour.step_clearance(
+        loose, store = step_clearance(
             USUAL, loose + 0.1 * made, store, made, CARINA_MM, muscle, 0.1
         )
     return loose, store

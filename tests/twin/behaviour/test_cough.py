@@ -8,6 +8,7 @@ import pytest
 from opensuction.kernel import random_stream
 from opensuction.twin.behaviour import spontaneous_event
 from opensuction.twin.behaviour.spontaneous_event import Cough
+from tests.settled import settled
 from tests.twin.behaviour import bed
 
 SOURCE = random_stream.stream(3, 9)
@@ -15,11 +16,15 @@ DT_S = 0.01
 OFTEN = Cough(0.01, 0.2, peak_cmh2o=80.0, push_s=0.3, refractory_s=1.5)
 
 
+step = settled(spontaneous_event.step)
+pressure_cmh2o = settled(spontaneous_event.pressure_cmh2o)
+
+
 def course(one: Cough, stimulus: float, seconds: float) -> list[float]:
     state, seen = spontaneous_event.silent(SOURCE), []
     for _ in range(round(seconds / DT_S)):
-        state = spontaneous_event.step(one, state, stimulus, DT_S)
-        seen.append(spontaneous_event.pressure_cmh2o(one, state))
+        state = step(one, state, stimulus, DT_S)
+        seen.append(pressure_cmh2o(one, state))
     return seen
 
 

@@ -7,17 +7,22 @@ from opensuction.kernel import random_stream
 from opensuction.kernel.record import Array
 from opensuction.twin.behaviour import spontaneous_event
 from opensuction.twin.behaviour.spontaneous_event import Effort
+from tests.settled import settled
 from tests.twin.behaviour import bed
 
 SOURCE = random_stream.stream(3, 9)
 DT_S = 0.01
 
 
+step_effort = settled(spontaneous_event.step_effort)
+pressure_cmh2o = settled(spontaneous_event.pressure_cmh2o_effort)
+
+
 def course(one: Effort, seconds: float) -> Array:
     state, seen = spontaneous_event.silent_effort(one, SOURCE), []
     for _ in range(round(seconds / DT_S)):
-        state = spontaneous_event.step_effort(one, state, DT_S)
-        seen.append(spontaneous_event.pressure_cmh2o_effort(one, state))
+        state = step_effort(one, state, DT_S)
+        seen.append(pressure_cmh2o(one, state))
     return np.array(seen)
 
 

@@ -9,10 +9,14 @@ from opensuction.twin.behaviour import spontaneous_event
 from opensuction.twin.behaviour.spontaneous_event import Posture, PostureState
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState
+from tests.settled import settled
 from tests.twin.behaviour import bed
 from tests.twin.holding import IDLE
 
 RESTLESS = Posture(per_s=0.05, inside_share=0.1, carina_mm=3.0, gap_ratio=0.04)
+
+
+step_posture = settled(spontaneous_event.step_posture)
 
 
 def goals(inside: bool, seconds: float) -> tuple[list[PostureState], PostureState]:
@@ -20,7 +24,7 @@ def goals(inside: bool, seconds: float) -> tuple[list[PostureState], PostureStat
     state, moved = spontaneous_event.settled(random_stream.stream(1, 9)), []
     for _ in range(round(10.0 * seconds)):
         before = state.carina_goal_mm
-        state = spontaneous_event.step_posture(RESTLESS, state, inside, 0.1)
+        state = step_posture(RESTLESS, state, inside, 0.1)
         if state.carina_goal_mm != before:
             moved.append(state)
     return moved, state
@@ -59,6 +63,9 @@ START = preset.park(MACHINE, bed.VALUES, 40.0, seed=1, run=0).machine
 FORTH = IDLE._replace(insertion_v=12.0)
 
 
+step = settled(machine.step)
+
+
 def pushed(shift_mm: float, gap_ratio: float, ticks: int, until_n: float) -> MachineState:
     """The head pushed for so long, or until the tip presses. Only the machine steps."""
     there = START.coupling._replace(carina_shift_mm=shift_mm, gap_ratio=gap_ratio)
@@ -66,7 +73,7 @@ def pushed(shift_mm: float, gap_ratio: float, ticks: int, until_n: float) -> Mac
     for _ in range(ticks):
         if state.airway.contact_n > until_n:
             break
-        state = machine.step(MACHINE, state, FORTH, bed.DT_S)
+        state = step(MACHINE, state, FORTH, bed.DT_S)
     return state
 
 

@@ -8,10 +8,14 @@ from opensuction.twin.fault import bus, link
 from opensuction.twin.fault.bus import Bus
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.link import SILENT, Link, LinkState
+from tests.settled import settled
 from tests.twin.fault.test_link import DT_S, FIRST, faulty, message, readings, sent_through
 
 HEALTHY = link.healthy(seed=1)
 TICKS = 4000
+
+
+taken_ticks = settled(bus.taken_ticks)
 
 
 def on(carrier: Bus) -> Link:
@@ -53,12 +57,12 @@ def test_half_a_tick_delays_half_of_the_messages_by_one() -> None:
 
 def test_what_a_message_takes_is_spread_evenly_over_the_jitter() -> None:
     spread = bus.spread_of(Bus(0.01, 0.004, 0.0), DT_S)
-    taken = [bus.taken_ticks(spread, HEALTHY.stream, bus.COMMANDS, tick) for tick in range(TICKS)]
+    taken = [taken_ticks(spread, HEALTHY.stream, bus.COMMANDS, tick) for tick in range(TICKS)]
     assert (min(taken), max(taken)) == (6, 14)
     assert np.mean(taken) == pytest.approx(10.0, abs=4.0 * 2.33 / TICKS**0.5)
     # 8 ticks wide and one for where within its tick it is sent.
     assert np.var(taken) == pytest.approx(8.0**2 / 12.0 + 1.0 / 6.0, rel=0.1)
-    other = [bus.taken_ticks(spread, HEALTHY.stream, bus.READINGS, tick) for tick in range(TICKS)]
+    other = [taken_ticks(spread, HEALTHY.stream, bus.READINGS, tick) for tick in range(TICKS)]
     assert abs(np.corrcoef(taken, other)[0, 1]) < 4.0 / TICKS**0.5
 
 

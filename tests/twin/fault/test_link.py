@@ -11,6 +11,7 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.fault.link import MONITOR_TICKS, Link, LinkState, Message
+from tests.settled import settled
 
 HEALTHY = link.healthy(seed=1)
 DT_S = 0.001
@@ -50,16 +51,23 @@ def faulty(fault: Fault, strength: float = 0.0, tick: int = 0) -> Link:
     return ROWS[fault].change_link(HEALTHY, FaultOnset(strength, tick, DT_S))
 
 
+recall = settled(link.recall)
+receive_readings = settled(link.receive_readings)
+receive_message = settled(link.receive_message)
+receive_monitor = settled(link.receive_monitor)
+keep = settled(link.keep)
+
+
 def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Message], list[bool]]:
     """What arrives each tick: readings, messages, and whether those are new."""
     state = FIRST
     rings = link.rings(FIRST)
     arrived, obeyed, news = [], [], []
     for tick in range(ticks):
-        past = link.recall(joint, *rings, tick)
-        here = link.receive_readings(joint, state, readings(tick), past, tick)
-        there, new = link.receive_message(joint, state, message(tick), past, tick)
-        link.keep(readings(tick), message(tick), *rings, tick)
+        past = recall(joint, *rings, tick)
+        here = receive_readings(joint, state, readings(tick), past, tick)
+        there, new = receive_message(joint, state, message(tick), past, tick)
+        keep(readings(tick), message(tick), *rings, tick)
         state = LinkState(here, there)
         arrived.append(here)
         obeyed.append(there)
@@ -91,9 +99,9 @@ def test_what_was_obeyed_is_not_obeyed_again_once_messages_are_late(begin: int, 
     rings = link.rings(FIRST)
     for tick in range(150):
         joint = late if tick >= begin else HEALTHY
-        past = link.recall(joint, *rings, tick)
-        there, new = link.receive_message(joint, state, message(tick), past, tick)
-        link.keep(FIRST.readings, message(tick), *rings, tick)
+        past = recall(joint, *rings, tick)
+        there, new = receive_message(joint, state, message(tick), past, tick)
+        keep(FIRST.readings, message(tick), *rings, tick)
         expected = tick if tick < begin else max(tick - delay, begin - 1)
         assert there == message(expected)
         assert new == (there.number > state.message.number)
@@ -106,9 +114,9 @@ def test_readings_are_late_by_the_whole_delay_from_the_instant_on(begin: int, de
     rings = link.rings(FIRST)
     for tick in range(150):
         joint = late if tick >= begin else HEALTHY
-        past = link.recall(joint, *rings, tick)
-        read = link.receive_readings(joint, FIRST, readings(tick), past, tick)
-        link.keep(readings(tick), FIRST.message, *rings, tick)
+        past = recall(joint, *rings, tick)
+        read = receive_readings(joint, FIRST, readings(tick), past, tick)
+        keep(readings(tick), FIRST.message, *rings, tick)
         assert read == readings(tick if tick < begin else max(tick - delay, -1))
 
 
@@ -181,9 +189,9 @@ def watched(fault: Fault, strength: float, begin: int, ticks: int) -> list[float
     arrived = []
     for tick in range(ticks):
         joint = late if tick >= begin else HEALTHY
-        past = link.recall(joint, *rings, tick)
-        seen = link.receive_monitor(joint, state, shown(tick), past)
-        link.keep(FIRST.readings._replace(monitor=shown(tick)), FIRST.message, *rings, tick)
+        past = recall(joint, *rings, tick)
+        seen = receive_monitor(joint, state, shown(tick), past)
+        keep(FIRST.readings._replace(monitor=shown(tick)), FIRST.message, *rings, tick)
         state = state._replace(readings=state.readings._replace(monitor=seen))
         arrived.append(seen.spo2_percent)
     return arrived

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import suction_line
 from opensuction.twin.machine.suction_line import EMPTY, Bore, BoreState, SuctionLine, SuctionState
+from tests.settled import settled
 
 DT_S = 0.001
 BENCH = preset.machine(parameter.nominal(parameter.BENCH))
@@ -26,7 +27,7 @@ def settled_flow(mucus: Bore, state: BoreState, vacuum_mmhg: float) -> float:
     flow = 0.0
     for _ in range(200):
         state = plug(state.mucus_ml, mucus, flow)
-        lost = suction_line.lost_mmhg(mucus, state, vacuum_mmhg, FREE)
+        lost = lost_mmhg(mucus, state, vacuum_mmhg, FREE)
         flow = FREE * math.sqrt(vacuum_mmhg - lost)
     return flow
 
@@ -104,6 +105,10 @@ def test_a_plug_travels_before_it_arrives_and_stays_when_nothing_flows() -> None
     assert state.canister_ml == pytest.approx(0.5, rel=1e-9)
 
 
+step = settled(suction_line.step)
+lost_mmhg = settled(suction_line.lost_mmhg)
+
+
 def signature(
     line: SuctionLine = BENCH.line, mucus: Bore = BORE, clogged_ml: float = 0.0
 ) -> tuple[float, float]:
@@ -111,8 +116,8 @@ def signature(
     state = SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0)
     for _ in range(20_000):
         clog = plug(clogged_ml, mucus, state.gas_ml_per_s)
-        lost = suction_line.lost_mmhg(mucus, clog, state.vacuum_mmhg, FREE)
-        state = suction_line.step(line, state, True, 120.0, 1.0, lost, DT_S)
+        lost = lost_mmhg(mucus, clog, state.vacuum_mmhg, FREE)
+        state = step(line, state, True, 120.0, 1.0, lost, DT_S)
     return state.vacuum_mmhg, L_PER_MIN * state.gas_ml_per_s
 
 
@@ -136,6 +141,6 @@ def test_every_fault_of_the_line_has_a_signature_of_its_own() -> None:
     for name, line in (("leak", leak), ("weak", weak)):
         state = SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0)
         for _ in range(20_000):
-            state = suction_line.step(line, state, True, 120.0, 0.0, 0.0, DT_S)
+            state = step(line, state, True, 120.0, 0.0, 0.0, DT_S)
         closed[name] = state.vacuum_mmhg
     assert closed["leak"] < 90.0 < closed["weak"]

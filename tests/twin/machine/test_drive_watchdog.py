@@ -19,6 +19,7 @@ from opensuction.twin.machine.fail_safe import (
 )
 from opensuction.twin.machine.machine import Machine, MachineState
 from opensuction.twin.parameter import BENCH, CLINICAL, nominal
+from tests.settled import settled
 from tests.twin.holding import hold_machine
 
 DT_S = 0.001
@@ -41,12 +42,18 @@ VALVE_OPEN = Commands(
 )
 
 
+step = settled(fail_safe.step)
+commands = settled(fail_safe.commands)
+read = settled(machine.read)
+move = settled(machine.step)
+
+
 def after(silences: list[int]) -> WatchdogState:
     """State after silences of so many ticks, a command after each."""
     state = LISTENING
     for ticks in silences:
         for heard in (*[False] * ticks, True):
-            state = fail_safe.step(WATCHDOG, state, heard, True, 40.0, DT_S)
+            state = step(WATCHDOG, state, heard, True, 40.0, DT_S)
     return state
 
 
@@ -78,12 +85,12 @@ def alone(
     state = LISTENING
     orders = VALVE_OPEN
     for _ in range(round(seconds / DT_S)):
-        head_mm = machine.read(driven, body).head_mm
-        state = fail_safe.step(WATCHDOG, state, False, powered, head_mm, DT_S)
+        head_mm = read(driven, body).head_mm
+        state = step(WATCHDOG, state, False, powered, head_mm, DT_S)
         orders = VALVE_OPEN
         if state.alone:
-            orders = fail_safe.commands(WATCHDOG, state, powered, head_mm, 0.0)
-        body = machine.step(driven, body, orders, DT_S)
+            orders = commands(WATCHDOG, state, powered, head_mm, 0.0)
+        body = move(driven, body, orders, DT_S)
     return body, orders
 
 
@@ -116,9 +123,9 @@ def test_a_head_that_the_motor_drives_in_instead_of_out_is_let_go() -> None:
 
 @given(st.lists(st.floats(40.0, 40.0 + INWARDS_MM), max_size=30))
 def test_a_head_that_coasts_is_drawn_out_all_the_same(coasting_mm: list[float]) -> None:
-    state = fail_safe.step(WATCHDOG, LISTENING, False, False, 40.0, DT_S)
+    state = step(WATCHDOG, LISTENING, False, False, 40.0, DT_S)
     for head_mm in coasting_mm:
-        state = fail_safe.step(WATCHDOG, state, False, False, head_mm, DT_S)
+        state = step(WATCHDOG, state, False, False, head_mm, DT_S)
     assert fail_safe.commands(WATCHDOG, state, True, 40.0, 0.0).insertion_on
 
 
@@ -129,17 +136,17 @@ def test_a_head_at_any_speed_coasts_and_is_drawn_out(speed_mm_per_s: float) -> N
     body = preset.park(FAST, FAST_VALUES, 0.0, seed=1, run=2).machine
     state, wanted_mm = LISTENING, 0.0
     for tick in range(4000):
-        head_mm = machine.read(FAST, body).head_mm
+        head_mm = read(FAST, body).head_mm
         heard = tick < 1000
-        state = fail_safe.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
+        state = step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
         if state.alone:
-            orders = fail_safe.commands(FAST_WATCHDOG, state, True, head_mm, 0.0)
+            orders = commands(FAST_WATCHDOG, state, True, head_mm, 0.0)
         elif heard:
             wanted_mm += speed_mm_per_s * DT_S
             volts = FAST.insertion_axis.voltage_limit_v
             lag_v = 10.0 * (wanted_mm - head_mm)
             orders = VALVE_OPEN._replace(insertion_v=min(max(lag_v, -volts), volts), valve_on=False)
-        body = machine.step(FAST, body, orders, DT_S)
+        body = move(FAST, body, orders, DT_S)
         assert not state.astray
     assert machine.read(FAST, body).head_mm < 1.0
 
@@ -153,7 +160,7 @@ def test_a_head_that_goes_further_than_its_speed_carries_it_is_let_go(
     for tick in range(2000):
         heard = tick < 500
         head_mm += max(speed_mm_per_s, 5.0 * (not heard)) * DT_S
-        state = fail_safe.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
+        state = step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
         if state.astray:
             gone_mm = head_mm - state.from_mm
             break
@@ -165,5 +172,5 @@ def test_a_head_that_goes_further_than_its_speed_carries_it_is_let_go(
 @given(st.floats(-50.0, 200.0), st.floats(-300.0, 300.0))
 def test_the_drives_never_push_in(head_mm: float, ramp_mm: float) -> None:
     before = LISTENING._replace(silent_s=1.0, alone=True, alone_s=1.0, ramp_mm=ramp_mm)
-    state = fail_safe.step(WATCHDOG, before, False, True, head_mm, DT_S)
+    state = step(WATCHDOG, before, False, True, head_mm, DT_S)
     assert fail_safe.commands(WATCHDOG, state, True, head_mm, 0.0).insertion_v <= 0.0
