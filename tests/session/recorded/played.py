@@ -1,5 +1,6 @@
 """Simulated runs and their recordings, for the tests of everything that reads one."""
 
+from collections.abc import Iterable
 from contextlib import closing
 from io import BytesIO
 from pathlib import Path
@@ -14,9 +15,13 @@ from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, fault_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.recorded import cycle_recording
+from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.injection import InjectedRun
 
 BEGAN_NS = 1_795_000_000_000_000_000
+AFTERMATH_S = 5.0
+"""What these recordings keep of the minute and a half for which a patient is followed: its rows,
+nine of ten of a cycle's, are alike."""
 
 
 class Played(NamedTuple):
@@ -27,16 +32,32 @@ class Played(NamedTuple):
     path: Path
 
 
-def write(path: Path, prepared: Prepared, ran: InjectedRun) -> Played:
-    """The recording of a run."""
-    path.write_bytes(cycle_recording.record(prepared, ran, BEGAN_NS))
-    return Played(prepared, ran, path)
+def shorten(ran: InjectedRun, aftermath_s: float) -> InjectedRun:
+    """A run that ends so long after the last phase and the last controller in it have begun."""
+    changes = np.flatnonzero(np.diff(ran.columns["phase"]))
+    last = max(int(changes[-1]) + 1, *(span.first for span in ran.spans))
+    end = min(last + round(aftermath_s / DT_S), ran.columns["phase"].size)
+    spans = (one._replace(ticks=min(one.end, end) - one.first) for one in ran.spans)
+    return ran._replace(
+        columns={name: values[:end] for name, values in ran.columns.items()},
+        sent={name: values[:end] for name, values in ran.sent.items()},
+        spans=tuple(spans),
+    )
 
 
-def play(path: Path, choice: CycleChoice) -> Played:
-    """A cycle, and its recording."""
+def write(
+    path: Path, prepared: Prepared, ran: InjectedRun, aftermath_s: float = AFTERMATH_S
+) -> Played:
+    """The recording of a run, and of what of it is there. aftermath_s: see `shorten`."""
+    kept = shorten(ran, aftermath_s)
+    path.write_bytes(cycle_recording.record(prepared, kept, BEGAN_NS))
+    return Played(prepared, kept, path)
+
+
+def play(path: Path, choice: CycleChoice, aftermath_s: float = AFTERMATH_S) -> Played:
+    """A cycle, and its recording. aftermath_s: see `shorten`."""
     prepared = cycle_run.oxygenate(cycle_run.prepare(resolution.resolve(choice)))
-    return write(path, prepared, fault_run.play(prepared, lambda _: None))
+    return write(path, prepared, fault_run.play(prepared, lambda _: None), aftermath_s)
 
 
 class Contents(NamedTuple):
@@ -55,9 +76,14 @@ class Contents(NamedTuple):
 def read(path: Path) -> Contents:
     """A recording in memory; it must be whole."""
     reader = RecordingReader(path)
+    return gather(reader, reader.contents())
+
+
+def gather(reader: RecordingReader, read: Iterable[Rows | TimedEvent]) -> Contents:
+    """What was read of a recording, in memory; it must be whole."""
     parts: dict[str, list[Table]] = {topic: [] for topic in reader.tables}
     told = []
-    for one in reader.contents():
+    for one in read:
         if isinstance(one, Rows):
             parts[one.topic].append(one.table)
         else:

@@ -1,6 +1,8 @@
 """Recordings of simulated runs: they hold what happened, and replay gives every bit of it again."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -9,14 +11,15 @@ from opensuction import __version__
 from opensuction.controller.real_time_call import OUTPUT_COLUMNS
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.vocabulary import Phase
-from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.runtime.replay import replay
+from opensuction.recording.cycle_file.reader import RecordingReader, Rows, TimedEvent
+from opensuction.runtime.replay import Replay, replay
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.day import day_run
 from opensuction.session.recorded.cycle_recording import TWIN_EVERY
+from opensuction.simulation.injection.injection import InjectedRun
 from tests.session.recorded import played
-from tests.session.recorded.played import Played
+from tests.session.recorded.played import Contents, Played
 
 BENCH = RigChoice(machine="bench", seed=3)
 COMPENSATIONS = (
@@ -46,9 +49,11 @@ CHOICES = {
 }
 
 
-SHARE = ("none", "lookup-table", "adult-contact", "neonate", "link", "power")
-SWEPT = ("child", "no-oxygen", "sensor-gone", "controller", "no-controller", "two")
+SHARE = ("none", "lookup-table", "adult-contact", "neonate", "link", "controller")
+SWEPT = ("child", "no-oxygen", "sensor-gone", "power", "no-controller", "two")
 """Tried by `.ci/run`, too; the rest, more of the same kinds, is for the long runs."""
+WHOLE_S = {"neonate": 90.0}
+"""Of what is recorded as long as a person gets it."""
 
 
 def _case(name: str) -> object:
@@ -57,14 +62,59 @@ def _case(name: str) -> object:
     return pytest.param(name, marks=pytest.mark.sweep if name in SWEPT else pytest.mark.soak)
 
 
+class _Kept(RecordingReader):
+    """A recording whose content stays: it is unpacked once, for its replay and for the tests."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self.read: list[Rows | TimedEvent] = []
+
+    def contents(self) -> Iterator[Rows | TimedEvent]:
+        for one in super().contents():
+            self.read.append(one)
+            yield one
+
+
+class _Replayed(NamedTuple):
+    """A run, what is in its recording, and what comes of that."""
+
+    ran: InjectedRun
+    contents: Contents
+    replay: Replay
+
+
+def _replayed(run: Played) -> _Replayed:
+    reader = _Kept(run.path)
+    found = replay(reader)
+    return _Replayed(run.ran, played.gather(reader, reader.read), found)
+
+
+def _play(name: str, tmp_path_factory: pytest.TempPathFactory) -> Played:
+    path = tmp_path_factory.mktemp(name) / "a.mcap"
+    return played.play(path, CHOICES[name], WHOLE_S.get(name, played.AFTERMATH_S))
+
+
+@pytest.fixture(scope="module")
+def restarted(tmp_path_factory: pytest.TempPathFactory) -> Played:
+    return _play("controller", tmp_path_factory)
+
+
+@pytest.fixture(scope="module")
+def after_restart(restarted: Played) -> _Replayed:
+    return _replayed(restarted)
+
+
 @pytest.fixture(scope="module", params=[_case(name) for name in CHOICES])
-def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Played:
+def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> _Replayed:
     name: str = request.param
-    return played.play(tmp_path_factory.mktemp(name) / "a.mcap", CHOICES[name])
+    if name == "controller":
+        found: _Replayed = request.getfixturevalue("after_restart")
+        return found
+    return _replayed(_play(name, tmp_path_factory))
 
 
-def test_replay_gives_every_output_and_state_again(run: Played) -> None:
-    found = replay(RecordingReader(run.path))
+def test_replay_gives_every_output_and_state_again(run: _Replayed) -> None:
+    found = run.replay
     spans = [span for span in run.ran.spans if span.runs]
     assert found.first is None
     assert found.identical
@@ -73,8 +123,8 @@ def test_replay_gives_every_output_and_state_again(run: Played) -> None:
     assert found.gaps == 0
 
 
-def test_outputs_are_those_of_the_run_in_every_bit(run: Played) -> None:
-    contents = played.read(run.path)
+def test_outputs_are_those_of_the_run_in_every_bit(run: _Replayed) -> None:
+    contents = run.contents
     ticks = np.concatenate([np.arange(span.first, span.end) for span in run.ran.spans if span.runs])
     for name in OUTPUT_COLUMNS:
         if name in run.ran.sent:
@@ -84,19 +134,13 @@ def test_outputs_are_those_of_the_run_in_every_bit(run: Played) -> None:
     assert np.array_equal(truth, run.ran.columns["truth.tip_mm"][::TWIN_EVERY])
 
 
-@pytest.fixture(scope="module")
-def restarted(tmp_path_factory: pytest.TempPathFactory) -> Played:
-    path = tmp_path_factory.mktemp("restarted") / "a.mcap"
-    return played.play(path, CHOICES["controller"])
-
-
-def test_events_say_what_happened_and_when(restarted: Played) -> None:
-    told = played.read(restarted.path).told
+def test_events_say_what_happened_and_when(after_restart: _Replayed) -> None:
+    told = after_restart.contents.told
     found = [(one.event.kind, one.event.name) for one in told]
     assert ("request", "start") in found
     assert ("phase", "inserting") in found
     fault = next(one for one in told if one.event.kind == "fault")
-    at_s = restarted.ran.faults[0].at_s
+    at_s = after_restart.ran.faults[0].at_s
     assert fault.event.name == "controller-stopped"
     assert fault.time_ns - played.BEGAN_NS == round(at_s * 1e9)
     assert [name for kind, name in found if kind == "start"] == ["begun", "restarted"]
@@ -107,18 +151,17 @@ def test_events_say_what_happened_and_when(restarted: Played) -> None:
     assert times == sorted(times)
 
 
-def test_phases_are_told_as_they_were(restarted: Played) -> None:
-    phase = restarted.ran.columns["phase"]
+def test_phases_are_told_as_they_were(after_restart: _Replayed) -> None:
+    phase = after_restart.ran.columns["phase"]
     names = [Phase(int(phase[0]))]
     names += [Phase(int(phase[at + 1])) for at in np.flatnonzero(np.diff(phase))]
-    told = [one.event for one in played.read(restarted.path).told if one.event.kind == "phase"]
+    told = [one.event for one in after_restart.contents.told if one.event.kind == "phase"]
     assert [one.name for one in told] == [one.name.lower().replace("_", "-") for one in names]
 
 
-def test_no_row_is_there_of_ticks_without_a_controller(restarted: Played) -> None:
-    contents = played.read(restarted.path)
-    stopped = next(span for span in restarted.ran.spans if not span.runs)
-    ticks = contents.column("/tick", "inputs.tick")
+def test_no_row_is_there_of_ticks_without_a_controller(after_restart: _Replayed) -> None:
+    stopped = next(span for span in after_restart.ran.spans if not span.runs)
+    ticks = after_restart.contents.column("/tick", "inputs.tick")
     assert stopped.ticks > 0
     assert not ((ticks >= stopped.tick) & (ticks < stopped.tick + stopped.ticks)).any()
 
@@ -144,9 +187,8 @@ def test_the_last_cycle_of_a_day_is_replayed_too(tmp_path: Path, faults: tuple[s
     asked = DayChoice(repeat=2, every_min=60.0, self_calibrates=not faults)
     prepared = cycle_run.prepare(resolution.resolve(choice))
     day = day_run.play(prepared, asked, lambda *_: None)
-    path = played.write(tmp_path / "a.mcap", day.last, day.ran).path
-    found = replay(RecordingReader(path))
-    assert found.identical
-    assert found.ticks == day.ran.columns["time_s"].size
-    ticks = played.read(path).column("/tick", "inputs.tick")
+    last = _replayed(played.write(tmp_path / "a.mcap", day.last, day.ran))
+    assert last.replay.identical
+    assert last.replay.ticks == last.ran.columns["time_s"].size
+    ticks = last.contents.column("/tick", "inputs.tick")
     assert ticks[0] == day.ran.spans[0].tick > 3_000_000

@@ -21,13 +21,15 @@ from tests.session.recorded import played
 from tests.session.recorded.played import Played
 
 PHASE = [column.name for column in TICK_COLUMNS].index("outputs.phase")
+AFTERMATH_S = 20.0
+"""For which the patient is followed: a monitor shows saturation some seconds late."""
 
 
 @pytest.fixture(scope="module")
 def cycle(tmp_path_factory: pytest.TempPathFactory) -> Played:
     """A cycle with a patient, whose twin wrote the truth beside it."""
     choice = CycleChoice(rig=RigChoice(patient="neonate"), compensation="none")
-    return played.play(tmp_path_factory.mktemp("cycle") / "a.mcap", choice)
+    return played.play(tmp_path_factory.mktemp("cycle") / "a.mcap", choice, AFTERMATH_S)
 
 
 @pytest.fixture(scope="module")
