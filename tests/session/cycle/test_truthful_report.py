@@ -1,5 +1,7 @@
 """Reports of real runs in which something goes wrong: none denies what its JSON holds."""
 
+from functools import cache
+
 import pytest
 
 from opensuction.report import headline
@@ -50,6 +52,7 @@ RUNS = (
 )
 
 
+@cache
 def _result(patient: str, approach: str, fault: str) -> CycleResult:
     """A cycle with a fault, as the command plays it."""
     faults = (fault,) if fault else ()

@@ -1,5 +1,7 @@
 """A day in which something breaks: in which cycle it comes, and how the day goes on."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ HOURLY = DayChoice(repeat=3, every_min=60.0)
 TWICE = DayChoice(repeat=2, every_min=60.0)
 
 
+@cache
 def played(*faults: str, asked: DayChoice = TWICE) -> tuple[Day, list[DayCycle]]:
     choice = CycleChoice(compensation="exact-inverse", faults=faults)
     resolved = resolution.resolve(choice)

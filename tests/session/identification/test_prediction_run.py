@@ -43,9 +43,11 @@ def fit(file: Path, output: Values, name: str = "tip_mm", **more: Any) -> Path:
     return file
 
 
-@pytest.fixture
-def model(tmp_path: Path) -> Path:
-    return fit(tmp_path / "fit.toml", simulate(PUBLISHED, HEAD, 0.0) + noise(1))
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return fit(
+        tmp_path_factory.mktemp("fit") / "fit.toml", simulate(PUBLISHED, HEAD, 0.0) + noise(1)
+    )
 
 
 def predicted(recording: Path, model: Path, **more: Any) -> tuple[run.Prediction, PredictionResult]:
