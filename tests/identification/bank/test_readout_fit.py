@@ -30,12 +30,20 @@ def bent(head: Array) -> Array:
     return 0.2 * head + 0.004 * moved * moved
 
 
-def test_a_bent_line_over_a_play_is_followed_to_its_noise() -> None:
-    half = HEAD.size // 2
+HALF = HEAD.size // 2
+
+
+@pytest.fixture(scope="module")
+def half_fitted() -> ReadoutFit:
+    """Of a bent line over a play, in noise."""
     tip = bent(HEAD) + NOISE
-    found = readout_fit.fit(HEAD[None, :half], tip[:half], record_module.cut(HEAD[:half]))
+    return readout_fit.fit(HEAD[None, :HALF], tip[:HALF], record_module.cut(HEAD[:HALF]))
+
+
+def test_a_bent_line_over_a_play_is_followed_to_its_noise(half_fitted: ReadoutFit) -> None:
+    found = half_fitted
     rest = follow(found, HEAD) - bent(HEAD)
-    assert float(np.sqrt(np.mean(rest[half:] ** 2))) < 0.12  # a straight line leaves 2.3
+    assert float(np.sqrt(np.mean(rest[HALF:] ** 2))) < 0.12  # a straight line leaves 2.3
     assert found.scores.rmse == pytest.approx(0.1, abs=0.06)
     assert found.bounded
     assert all(play_readout.is_rising(record) for record in found.records)
@@ -70,14 +78,12 @@ def test_a_lag_that_fades_over_strokes_is_a_slow_state() -> None:
     assert found.records[0].lags[0] > 0.0
 
 
-def test_units_and_origin_do_not_matter() -> None:
-    tip, folds = bent(HEAD) + NOISE, record_module.cut(HEAD)
-    one = readout_fit.fit(HEAD[None], tip, folds)
-    two = readout_fit.fit(
-        1e-3 * HEAD[None] + 7.0, 50.0 * tip - 3.0, record_module.cut(1e-3 * HEAD + 7.0)
-    )
-    assert two.scores.rmse == pytest.approx(50.0 * one.scores.rmse, rel=1e-3)
-    assert follow(two, 1e-3 * HEAD + 7.0) == pytest.approx(50.0 * follow(one, HEAD) - 3.0, abs=0.1)
+def test_units_and_origin_do_not_matter(half_fitted: ReadoutFit) -> None:
+    head, tip = HEAD[:HALF], (bent(HEAD) + NOISE)[:HALF]
+    other = 1e-3 * head + 7.0
+    two = readout_fit.fit(other[None], 50.0 * tip - 3.0, record_module.cut(other))
+    assert two.scores.rmse == pytest.approx(50.0 * half_fitted.scores.rmse, rel=1e-3)
+    assert follow(two, other) == pytest.approx(50.0 * follow(half_fitted, head) - 3.0, abs=0.1)
 
 
 def test_a_triangle_gets_as_many_levels_as_the_recording_bears() -> None:
@@ -86,6 +92,11 @@ def test_a_triangle_gets_as_many_levels_as_the_recording_bears() -> None:
     found = preisach_fit.fit(HEAD, tip, record_module.cut(HEAD))
     assert len(found.record.weights_mm) >= 15
     assert found.scores.rmse < 0.5
+
+
+@pytest.mark.soak
+def test_a_triangle_of_a_short_recording_in_noise_is_simple() -> None:
+    tip = bent(HEAD) + NOISE
     few = preisach_fit.fit(
         HEAD[:200], tip[:200] + 20.0 * NOISE[:200], record_module.cut(HEAD[:200])
     )

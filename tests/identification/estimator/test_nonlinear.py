@@ -89,7 +89,7 @@ def test_noise_about_a_line_is_no_friction(gain: float, seed: int) -> None:
     assert not nonlinear.fit_modified_dahl(INPUT, line + noise).determined
 
 
-@pytest.mark.parametrize("slope", [6.0, 9.0])
+@pytest.mark.parametrize("slope", [pytest.param(6.0, marks=pytest.mark.soak), 9.0])
 def test_a_search_that_draws_lots_leaves_its_box(slope: float) -> None:
     input_ = np.ascontiguousarray(INPUT[::10])
     truth = ModifiedDahl(slope, 0.9 * slope, 3.0, 0.2)

@@ -47,20 +47,22 @@ def coverage(
     return [float(share) for share in held / recordings]
 
 
-@pytest.mark.parametrize("correlation_s", [0.0, 0.2])
+@pytest.mark.parametrize("correlation_s", [pytest.param(0.0, marks=pytest.mark.soak), 0.2])
 def test_intervals_hold_the_truth_as_often_as_they_say(correlation_s: float) -> None:
-    shares = coverage(100.0, correlation_s, 120, seed=8)
+    shares = coverage(50.0, correlation_s, 120, seed=8)
     # 120 recordings: a standard error of 2 %; the mean of five parameters a little less.
     assert min(shares) >= 0.88
     assert np.mean(shares) == pytest.approx(0.95, abs=0.04)
 
 
-@pytest.mark.parametrize(("correlation_s", "white_mm"), [(0.2, 0.3), (1.0, 0.09)])
+@pytest.mark.parametrize(
+    ("correlation_s", "white_mm"), [(0.2, 0.3), pytest.param(1.0, 0.09, marks=pytest.mark.soak)]
+)
 def test_white_noise_beside_the_slow_one_is_not_taken_for_its_end(
     correlation_s: float, white_mm: float
 ) -> None:
     """As much of it as of the slow one, and a third: taken as slow alone they held .5 and .7."""
-    shares = coverage(100.0, correlation_s, 120, 8, white_mm)
+    shares = coverage(50.0, correlation_s, 120, 8, white_mm)
     assert min(shares) >= 0.88
     assert np.mean(shares) == pytest.approx(0.95, abs=0.04)
 
@@ -142,7 +144,14 @@ def test_the_correlation_is_not_biased_by_the_fit() -> None:
     assert np.mean(plain) < 0.87
 
 
-@pytest.mark.parametrize(("samples", "correlation"), [(500, 0.0), (1000, 0.5), (2000, 0.9)])
+@pytest.mark.parametrize(
+    ("samples", "correlation"),
+    [
+        (500, 0.0),
+        (1000, 0.9),
+        *(pytest.param(*one, marks=pytest.mark.soak) for one in ((1000, 0.5), (2000, 0.9))),
+    ],
+)
 def test_the_freedom_is_what_the_scatter_of_the_variances_says(
     samples: int, correlation: float
 ) -> None:

@@ -89,5 +89,5 @@ def test_a_result_says_them_and_does_not_blame_the_plant() -> None:
     assert "Beyond the fitted range: " in told
     assert "the plant changed" not in told
     assert "it leaves what was fitted" in told
-    inside = workbench.identify(slow, follow(slow), clock, "preisach", None, 0.5, LABELS)
+    inside = workbench.identify(slow, follow(slow), clock, "modified-dahl", None, 0.5, LABELS)
     assert not any(each.startswith("Beyond") for each in inside.warnings)

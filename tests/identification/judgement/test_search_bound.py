@@ -70,7 +70,11 @@ def backlash(width: float) -> Array:
     return 0.95 * play.simulate(width, HEAD, 0.0) - 3.0 + 0.05 * NOISE
 
 
-@pytest.mark.parametrize("width", [16.0, 20.0, 25.0, 28.0])
+LESS = [pytest.param(width, marks=pytest.mark.soak) for width in (20.0, 25.0)]
+"""Between the narrowest and the widest, for the long runs."""
+
+
+@pytest.mark.parametrize("width", [16.0, *LESS, 28.0])
 @pytest.mark.parametrize(
     ("model", "most"),
     [("prandtl-ishlinskii", 0.1), ("generalised", 0.1), ("play-readout", 0.1)],
@@ -88,7 +92,7 @@ def test_a_gap_of_most_of_the_stroke_is_followed(model: str, width: float, most:
         ("generalised", 28.0, "play_weight_92_percent"),
         ("maxwell-slip", 25.0, "gain_46_percent"),
         ("maxwell-slip", 28.0, "gain_46_percent"),
-        ("preisach", 12.0, "levels"),
+        pytest.param("preisach", 12.0, "levels", marks=pytest.mark.sweep),  # takes seconds
     ],
 )
 def test_a_grid_that_ends_is_told(model: str, width: float, name: str) -> None:

@@ -28,7 +28,7 @@ def played(seed: int, cycles: int) -> tuple[Prepared, Day, Columns]:
 
 
 @pytest.mark.parametrize(
-    ("seed", "cycles"), [(9102, 5), pytest.param(9105, 13, marks=pytest.mark.sweep)]
+    ("seed", "cycles"), [(9102, 5), pytest.param(9105, 13, marks=pytest.mark.soak)]
 )
 def test_a_cycle_goes_on_from_a_carina_that_a_posture_has_brought_nearer(
     seed: int, cycles: int

@@ -158,13 +158,14 @@ def test_an_output_that_has_gaps_may_be_left_aside(tmp_path: Path, model: Path) 
 
 
 def test_several_inputs_are_taken_in_the_model_s_order(tmp_path: Path) -> None:
-    other = 10.0 * np.sin(TIME_S)
-    output = simulate(PUBLISHED, HEAD, 0.0) + 0.3 * other
-    inputs = np.column_stack([HEAD, other])
+    # A straight line of few samples: how well it is fitted is not the point, and it takes less.
+    head, other = HEAD[::8], 10.0 * np.sin(TIME_S[::8])
+    output = 0.9 * head + 0.3 * other
+    inputs = np.column_stack([head, other])
     fitted = osn.identify(inputs, output, "play-readout", names=("head_mm", "bend_deg", "tip_mm"))
     model = tmp_path / "fit.toml"
     fitted.save(model)
-    recording = write(tmp_path / "a.csv", bend_deg=other, head_mm=HEAD, tip_mm=output)
+    recording = write(tmp_path / "a.csv", bend_deg=other, head_mm=head, tip_mm=output)
     found, result = predicted(recording, model)
     assert result.inputs == ("head_mm", "bend_deg")
     assert np.array_equal(found.predicted, fitted.predict(inputs))
