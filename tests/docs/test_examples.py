@@ -11,11 +11,14 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 from markdown_it import MarkdownIt
+
+from tests.docs import forked_command
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [
@@ -25,8 +28,12 @@ PAGES = [
     ROOT / "docs" / "notebooks" / "index.md",
     ROOT / "docs" / "reference" / "library.md",
 ]
+IN_FULL = {ROOT / "README.md"}
+"""Pages whose commands begin as a reader's do; those of the others are forked from a warm one."""
 COMMENT = re.compile(r"<!--\s*(exit|not run):\s*(.*?)\s*-->")
 TIMEOUT_S = 600.0
+INSTALLED = Path(sys.executable).parent
+"""Where ``opensuction`` is as a person calls it."""
 
 
 class Block(NamedTuple):
@@ -43,6 +50,7 @@ class Reader(NamedTuple):
     folder: Path
     names: dict[str, Any]
     printed: list[str]
+    programs: Path
 
 
 def blocks(text: str) -> list[Block]:
@@ -75,7 +83,7 @@ def marks(page: Path) -> list[pytest.MarkDecorator]:
 
 
 def run_shell(block: Block, reader: Reader) -> None:
-    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+    path = os.pathsep.join((str(reader.programs), str(INSTALLED), os.environ["PATH"]))
     done = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", block.text],
         cwd=reader.folder,
@@ -114,12 +122,19 @@ def compare(block: Block, reader: Reader) -> None:
 STEPS = {"sh": run_shell, "python": run_python, "toml": save, "text": compare}
 
 
-def follow(page: Path, folder: Path) -> None:
+def follow(page: Path, folder: Path, programs: Path = INSTALLED) -> None:
     (folder / "docs").symlink_to(ROOT / "docs")
-    reader = Reader(folder, {}, [])
+    reader = Reader(folder, {}, [], programs)
     for block in blocks(page.read_text("utf-8")):
         if block.runs and block.language in STEPS:
             STEPS[block.language](block, reader)
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Folder of an ``opensuction`` that need not begin anew for each command."""
+    with forked_command.folder_of(tmp_path_factory.mktemp("warm")) as folder:
+        yield folder
 
 
 @pytest.mark.parametrize(
@@ -128,10 +143,23 @@ def follow(page: Path, folder: Path) -> None:
     ids=lambda page: str(page.relative_to(ROOT)),
 )
 def test_the_examples_of_a_page_run(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    follow(page, tmp_path)
+    in_full = page in IN_FULL or not is_slow(page) or is_live(page)
+    follow(page, tmp_path, INSTALLED if in_full else request.getfixturevalue("warm"))
+
+
+@pytest.mark.examples
+@pytest.mark.parametrize("line", ["--version", "cycle --patient somebody", "users --json"])
+def test_a_forked_command_ends_as_one_of_its_own_process(
+    line: str, warm: Path, tmp_path: Path
+) -> None:
+    block = Block("sh", f"opensuction {line} 2> told || echo $?\ncat told", 1, 0, runs=True)
+    own, forked = (Reader(tmp_path, {}, [], folder) for folder in (INSTALLED, warm))
+    run_shell(block, own)
+    run_shell(block, forked)
+    assert forked.printed == own.printed != [""]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
