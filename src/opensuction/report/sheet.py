@@ -5,6 +5,7 @@
 Rendering of all HTML pages of the project: templates, styles and scripts in one file.
 """
 
+from functools import cache
 from importlib import resources
 from typing import Any, NamedTuple
 
@@ -23,7 +24,9 @@ def read(*path: str) -> str:
     return resources.files(ROOM).joinpath(*path).read_text(encoding="utf-8")
 
 
+@cache
 def _environment() -> jinja2.Environment:
+    """Templates that this process has used stay compiled."""
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: read("template", name)),
         autoescape=True,

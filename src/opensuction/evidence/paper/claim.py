@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Final, Literal, NamedTuple
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.special import ndtr, stdtrit
 
 from opensuction.result.plain import FLAT, IF_FINITE
 
@@ -35,7 +35,7 @@ def _combined(variances: Sequence[float], degrees: Sequence[float]) -> Uncertain
         return Uncertainty(0.0, 0.0)
     freedom = total**2 / math.fsum(v * v / d for v, d in zip(variances, degrees, strict=True))
     error = math.sqrt(total)
-    return Uncertainty(error, error * float(t.ppf(1.0 - 0.5 * CHANCE, freedom)))
+    return Uncertainty(error, error * float(stdtrit(freedom, 1.0 - 0.5 * CHANCE)))
 
 
 def of_means(*samples: Sequence[float]) -> Uncertainty:
@@ -78,7 +78,8 @@ def _largest_variance(sample: Sequence[float]) -> float:
     """Variance of the largest absolute value of as many normal draws."""
     mean, spread = float(np.mean(sample)), float(np.std(sample, ddof=1))
     values = np.linspace(0.0, abs(mean) + 8.0 * spread, GRID)
-    below = norm.cdf(values, mean, spread) - norm.cdf(-values, mean, spread)
+    with np.errstate(divide="ignore", invalid="ignore"):  # of equal values: not known
+        below = ndtr((values - mean) / spread) - ndtr((-values - mean) / spread)
     share = np.diff(below ** len(sample))
     centre = 0.5 * (values[1:] + values[:-1])
     largest = float(np.sum(share * centre))

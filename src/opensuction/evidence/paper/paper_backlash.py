@@ -5,6 +5,7 @@ computed from the paper's numbers; no twin takes part.
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -62,18 +63,25 @@ def reversal() -> Reversal:
     )
 
 
+@cache
 def trapezoid_mm() -> tuple[Values, Values]:
-    """Time and desired tip position of the paper's cycle, at the controller's ticks."""
+    """Time and desired tip position of the paper's cycle, at the controller's ticks; to read."""
     way_in = Profile(0.0, TRAVEL_MM, SPEED_MM_PER_S, QUICK_MM_PER_S2)
     way_out = Profile(TRAVEL_MM, 0.0, SPEED_MM_PER_S, QUICK_MM_PER_S2)
     travel_s = TRAVEL_MM / SPEED_MM_PER_S
     time_s = np.arange(0.0, 2.0 * travel_s + DWELL_S, DT_S)
     turn_s = travel_s + DWELL_S
-    reference = [
-        motion_profile.at(way_in, t)[0] if t < turn_s else motion_profile.at(way_out, t - turn_s)[0]
-        for t in time_s
-    ]
-    return time_s, np.array(reference)
+    reference = np.array(
+        [
+            motion_profile.at(way_in, t)[0]
+            if t < turn_s
+            else motion_profile.at(way_out, t - turn_s)[0]
+            for t in time_s
+        ]
+    )
+    for shared in (time_s, reference):
+        shared.setflags(write=False)
+    return time_s, reference
 
 
 def printed_commands(

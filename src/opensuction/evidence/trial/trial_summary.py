@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 from opensuction.evidence.campaign import played_cycle
 from opensuction.evidence.trial.judged_cycle import Case
@@ -46,7 +46,7 @@ def bound(cycles: int, broken: int) -> ShareBound:
     """Clopper and Pearson's one-sided upper bound on the share of cycles that break something."""
     if broken >= cycles:
         return ShareBound(cycles, broken, 100.0)
-    upper = float(beta.ppf(CONFIDENCE, broken + 1, cycles - broken))
+    upper = float(betaincinv(broken + 1, cycles - broken, CONFIDENCE))
     return ShareBound(cycles, broken, 100.0 * upper)
 
 
