@@ -4,13 +4,17 @@ from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from opensuction.host.host import finish
+import numpy as np
+import pytest
+
+from opensuction.host.host import NS_PER_S, Work, finish
 from opensuction.host.this_computer import THIS_COMPUTER
+from opensuction.records.database.failure import RecordsError
 from opensuction.records.entry import Action, CycleEnd, Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
 from opensuction.runtime import recorder
-from opensuction.runtime.database_writer import Context, DatabaseWriter
+from opensuction.runtime.database_writer import AGAIN_S, Context, DatabaseWriter
 from opensuction.runtime.journal import Begun, Entry
 from tests.runtime.identity import ABOUT
 
@@ -167,3 +171,43 @@ def test_it_says_when_all_of_the_controllers_before_is_on_record(tmp_path: Path)
     (tmp_path / "records.db").rmdir()
     assert finish(clerk.close(20.0), THIS_COMPUTER.clock), clerk.lost
     assert clerk.has_caught_up
+
+
+class Stepped:
+    """A clock that is set, and work that goes on whenever it is woken."""
+
+    has_ended = False
+
+    def __init__(self) -> None:
+        self.now_ns = 0
+
+    def monotonic_ns(self) -> int:
+        return self.now_ns
+
+    def begin(self, work: Work) -> "Stepped":
+        self.work = work
+        return self
+
+    def wake(self) -> None:
+        next(self.work, None)
+
+
+def test_a_database_that_is_away_is_asked_now_and_then_and_at_once_before_an_end() -> None:
+    """Each row that was followed wakes the work, 50 times a second."""
+    stepped, asked = Stepped(), []
+
+    def refuse(_: str | None) -> Records:
+        asked.append(stepped.now_ns)
+        raise RecordsError("nobody answers")
+
+    host = THIS_COMPUTER._replace(clock=stepped, begin_worker=stepped.begin)  # type: ignore[arg-type]
+    clerk = DatabaseWriter("away", host, refuse)
+    clerk.put(begun(500), CONTEXT)
+    for row in range(100):
+        stepped.now_ns += 20_000_000
+        clerk.reach(row)
+    assert len(asked) == pytest.approx(2.0 / AGAIN_S, abs=2)
+    assert min(np.diff(asked)) >= AGAIN_S * NS_PER_S
+    stepped.now_ns += 1
+    list(clerk.close(0.0))
+    assert asked[-1] == stepped.now_ns

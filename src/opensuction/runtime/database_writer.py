@@ -23,8 +23,12 @@ from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import SUPERVISOR, Begun, Entry
 from opensuction.runtime.machine_folder import About
 
-AGAIN_S, LOOKS_S = 1.0, 0.02
-"""Between two tries; how often it is looked whether the last one is over."""
+SHOWN_S, LOOKS_S = 1.0, 0.02
+"""Of an entry that is lost people are told for so long; how often it is looked whether the last one
+is over."""
+AGAIN_S = 0.1
+"""Between two tries, however much is handed over meanwhile; nobody is told of a database that is
+away for a moment."""
 UNSEEN = CycleEnd(Outcome.INTERRUPTED, "nobody recorded how it ended")
 
 Task = Callable[[Records], None]
@@ -160,15 +164,22 @@ class DatabaseWriter:
                 self._tasks.popleft()
                 self.lost = ""
             else:
-                yield after(self._host.clock, AGAIN_S)
+                yield from self._wait_to_try_again()
         if self._records is not None:
             self._records.close()
 
     def _show_loss(self) -> Work:
         """Leave time to see that an entry is lost."""
         clock = self._host.clock
-        ends_ns = after(clock, AGAIN_S)
+        ends_ns = after(clock, SHOWN_S)
         while clock.monotonic_ns() < ends_ns:
+            yield ends_ns
+
+    def _wait_to_try_again(self) -> Work:
+        """Whoever hands something over wakes the work; only an end has it try at once."""
+        clock, was_wanted = self._host.clock, self._is_wanted
+        ends_ns = after(clock, AGAIN_S)
+        while clock.monotonic_ns() < ends_ns and self._is_wanted == was_wanted:
             yield ends_ns
 
     def _try(self, task: Task) -> bool:

@@ -55,6 +55,8 @@ from opensuction.runtime.recorder_source import Source
 
 EVERY_S = 0.02
 """How often it looks: well before the ring of 10 s comes round."""
+REFUSED_S = 0.1
+"""How often where the disk refuses: all rows that it has not taken are read again each time."""
 QUIET_S = 0.5
 """Without rows for longer than this the controller may be another one by now."""
 ROOM_S = 6.0
@@ -279,7 +281,7 @@ class RecorderService:
                     and self._host.clock.monotonic_ns() < ends_ns
                 ):
                     self._beat(desk.lost)
-                    yield after(self._host.clock, EVERY_S)
+                    yield after(self._host.clock, REFUSED_S)
                     desk.take(*source.drain())
                 desk.end(died=True)
 
@@ -325,7 +327,7 @@ class RecorderService:
                 came_s = now_s
             elif now_s - came_s > QUIET_S and source.is_replaced():
                 return
-            yield after(self._host.clock, EVERY_S)
+            yield after(self._host.clock, REFUSED_S if desk.is_refused else EVERY_S)
 
 
 def steps(

@@ -9,6 +9,7 @@ from opensuction.ipc.ring import Place, ReadCheckpoint
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime import database_writer, loop
 from opensuction.runtime.database_writer import DatabaseWriter, Task
+from opensuction.runtime.recorder_process import REFUSED_S
 from opensuction.runtime.recorder_source import Source
 
 LOST = "people are told: recorder-lost"
@@ -31,8 +32,13 @@ def broken(found: LifeResult) -> set[str]:
 
 @pytest.mark.parametrize(
     "fault",
-    [FULL, FAILING, FAILING_AT_THE_SYNC, SLOW, AWAY],
-    ids=["full", "failing", "failing at the sync", "slow", "away"],
+    [
+        pytest.param(FULL, id="full"),
+        pytest.param(FAILING, id="failing", marks=pytest.mark.soak),
+        pytest.param(FAILING_AT_THE_SYNC, id="failing at the sync", marks=pytest.mark.sweep),
+        pytest.param(SLOW, id="slow", marks=pytest.mark.soak),
+        pytest.param(AWAY, id="away", marks=pytest.mark.sweep),
+    ],
 )
 def test_people_are_told_of_a_disk_or_database_that_keeps_nothing(fault: LifeFault) -> None:
     found = play(fault)
@@ -41,24 +47,37 @@ def test_people_are_told_of_a_disk_or_database_that_keeps_nothing(fault: LifeFau
     assert LOST in course[course.index(f"fault {fault.title}") :]
 
 
-def test_nobody_is_told_of_a_disk_that_is_full_for_a_moment_and_nothing_is_missing() -> None:
+def test_nobody_is_told_of_a_disk_that_is_full_for_a_moment_and_nothing_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nor is it asked all the time: what it has refused is read again each time."""
+    refused, go_back = [], Source.go_back
+
+    def note(source: Source, row: int) -> None:
+        refused.append(row)
+        go_back(source, row)
+
+    monkeypatch.setattr(Source, "go_back", note)
     found = play(FULL_FOR_A_MOMENT)
     assert found.violations == ()
     assert LOST not in [one.what for one in found.events]
+    assert 1 <= len(refused) <= FULL_FOR_A_MOMENT.seconds / REFUSED_S + 1.0
 
 
+@pytest.mark.sweep
 def test_rows_that_a_disk_never_took_while_it_was_full_are_told_to_the_last() -> None:
     """Full for longer than the ring holds: they were followed, and are in no recording."""
-    faults = (FULL._replace(seconds=10.0), FULL._replace(after_s=6.0, seconds=10.0))
-    assert play(*faults).violations == ()
+    assert play(FULL._replace(seconds=13.0)).violations == ()
 
 
+@pytest.mark.soak
 def test_a_recording_that_a_full_disk_let_begin_and_not_go_on_loses_no_row() -> None:
     """Its first rows are given again from the controller's first tick on."""
     full = LifeFault(Kind.DISK_FULL, "", None, 1.369787175134571, 1.8172825967691226)
     assert life.play(Life(20298, 60, (full,))).violations == ()
 
 
+@pytest.mark.sweep
 def test_what_a_controller_left_waits_for_room_where_all_died_on_a_full_disk() -> None:
     faults = (FULL._replace(seconds=8.5), LifeFault(Kind.KILL, ALL, Phase.INSERTING, 2.6, 0.0))
     assert play(*faults).violations == ()
@@ -71,6 +90,7 @@ def test_rows_that_a_full_disk_refused_and_nobody_asks_for_again_are_found(
     assert broken(play(FULL_FOR_A_MOMENT)) == {"rows"}
 
 
+@pytest.mark.soak
 def test_a_recording_that_nobody_syncs_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(database_writer, "_sync", lambda *_, **__: None)
     assert broken(play(FULL_FOR_A_MOMENT)) == {"kept"}
@@ -83,6 +103,7 @@ def test_a_sync_that_failed_and_that_nobody_tells_of_is_found(
     assert broken(play(FAILING_AT_THE_SYNC)) == {"kept"}
 
 
+@pytest.mark.soak
 def test_rows_noted_as_kept_before_a_slow_disk_has_them_are_found_where_nobody_is_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -97,6 +118,7 @@ def test_rows_noted_as_kept_before_a_slow_disk_has_them_are_found_where_nobody_i
     assert "rows" in broken(play(SLOW))
 
 
+@pytest.mark.sweep
 def test_an_entry_that_is_dropped_while_the_database_is_away_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
