@@ -57,6 +57,7 @@ def test_the_course_shows_what_became_of_every_process(watched: WatchedLife) -> 
     assert {one.from_s for one in dead} <= ended_s
 
 
+@pytest.mark.sweep
 def test_the_course_shows_a_short_freeze_as_short_as_it_is() -> None:
     """Whoever stands still has no step due meanwhile, and controller and twin tick on."""
     short = LifeFault(Kind.FREEZE, SUPERVISOR, Phase.CHECKING, 0.05, 0.005)
@@ -137,6 +138,7 @@ def test_the_page_has_all_of_a_life_and_needs_nothing_from_elsewhere(watched: Wa
 
 def test_the_page_of_a_broken_life_says_what_broke_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SupervisedProcess, "look", lambda _: None)
+    monkeypatch.setattr(life, "LONGEST_S", 20.0)  # it would never settle
     kill = LifeFault(Kind.KILL, "recorder", Phase.INSERTING, 0.05, 0.0)
     broken = life.watch(Life(1, 3, (kill,)))
     found = lives.to_played(broken.result)

@@ -9,10 +9,10 @@ from opensuction.kernel.vocabulary import Phase
 
 INSERTING, SUCTIONING = Phase.INSERTING, Phase.SUCTIONING
 LIVES = {
-    "a controller that dies": (LifeFault(Kind.KILL, CONTROL, INSERTING, 0.05, 0.0),),
-    "a controller that stands still for a moment": (
+    "a controller that stands still for a moment, and dies": (
         LifeFault(Kind.FREEZE, CONTROL, SUCTIONING, 0.0, 0.012),
         LifeFault(Kind.FREEZE, CONTROL, INSERTING, 0.03, 0.4),
+        LifeFault(Kind.KILL, CONTROL, Phase.WITHDRAWING, 0.05, 0.0),
     ),
     "a slow computer, and a person who stops it": (
         LifeFault(Kind.SLOW, "", INSERTING, 0.0, 1.5),
@@ -24,6 +24,8 @@ LIVES = {
         LifeFault(Kind.KILL, RECORDER, Phase.WITHDRAWING, 0.01, 0.0),
     ),
 }
+HEAVIER = (2,)
+"""Those that take longer."""
 
 
 def _one_by_one(monkeypatch: pytest.MonkeyPatch, drawn: Life) -> LifeResult:
@@ -33,7 +35,13 @@ def _one_by_one(monkeypatch: pytest.MonkeyPatch, drawn: Life) -> LifeResult:
         return life.play(drawn)
 
 
-@pytest.mark.parametrize("faults", LIVES.values(), ids=LIVES)
+@pytest.mark.parametrize(
+    "faults",
+    [
+        pytest.param(faults, id=what, marks=pytest.mark.sweep if number in HEAVIER else ())
+        for number, (what, faults) in enumerate(LIVES.items())
+    ],
+)
 def test_a_life_is_the_same_with_each_step_done_by_itself(
     faults: tuple[LifeFault, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -43,7 +51,7 @@ def test_a_life_is_the_same_with_each_step_done_by_itself(
     assert found == expected
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 @pytest.mark.parametrize("seed", range(20))
 def test_lives_of_all_faults_are_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = life.draw(710_000 + seed)

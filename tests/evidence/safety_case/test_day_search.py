@@ -114,18 +114,18 @@ def test_the_share_is_of_the_way_to_the_bound(bound: Harm, share: float) -> None
 
 @pytest.mark.parametrize("calibrates", [False, True])
 def test_a_day_is_judged_cycle_by_cycle(monkeypatch: pytest.MonkeyPatch, calibrates: bool) -> None:
-    monkeypatch.setattr(day_search, "CYCLES", 3)
+    monkeypatch.setattr(day_search, "CYCLES", 2)
     place = DayPlace(ADULT, calibrates, 7, 1.0)
     found = day_search.play(place)
     assert found is not None
-    assert (found.cycles, found.aborted, found.broken) == (3, 0, ())
+    assert (found.cycles, found.aborted, found.broken) == (2, 0, ())
     assert 0.0 < found.share < 1.0
-    # With less suction allowed than any cycle needs, each of the three breaks that bound alone.
+    # With less suction allowed than any cycle needs, each of the two breaks that bound alone.
     adult = exposure.BOUNDS[AgeGroup.ADULT]
     monkeypatch.setitem(exposure.BOUNDS, AgeGroup.ADULT, adult._replace(suction_s=0.5))
     found = day_search.play(place)
     assert found is not None
-    assert [one.cycle for one in found.broken] == [1, 2, 3]
+    assert [one.cycle for one in found.broken] == [1, 2]
     assert {one.bound.name for one in found.broken} == {SUCTION_TIME}
     assert found.share == math.inf
 

@@ -108,7 +108,7 @@ def test_every_second_machine_is_drawn_twice_as_far(tmp_path: Path) -> None:
 def test_a_fault_of_the_set_up_is_searched_by_strength_and_bed(tmp_path: Path) -> None:
     """A depth that was taught too deep, on one patient: what it presses grows with it."""
     fault = '[[hazard.fault]]\nname = "taught-too-deep"\nphases = ["set-up"]\n' + ON_ONE
-    found = search(one_hazard(tmp_path, fault), 12, (1,))
+    found = search(one_hazard(tmp_path, fault), 5, (1,))
     assert found.worst is not None
     assert found.broken == ()
     assert 0.0 < found.worst.share < 1.0

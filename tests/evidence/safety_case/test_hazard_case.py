@@ -31,6 +31,7 @@ def test_a_tip_that_was_pushed_deep_by_a_stiff_switch_does_not_press_during_suct
         assert result.exposure.contact_s < 2.5
 
 
+@pytest.mark.sweep
 def test_a_dead_current_sensor_breaks_no_bound() -> None:
     (row,) = (one for one in hazard.load() if one.row.id == "OS-H40")
     runs = [hazard_case.run(case) for case in hazard_case.cases(row, (1,))]
