@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Callable
+from contextlib import ExitStack
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -138,12 +139,13 @@ def _export(
     tables = {topic: one for topic, one in reader.tables.items() if topic != STARTS}
     topics: dict[str, _Topic] = {}
     told: list[TimedEvent] = []
-    try:
+    with ExitStack() as closing:  # each of them, also where the end of one cannot be written
         for topic, index in _wanted(choice.columns, tables).items():
             if index:
                 path = folder / f"{topic.strip('/')}.{choice.form}"
                 kept = [tables[topic][i] for i in index]
                 topics[topic] = _Topic(table_export.open_sheet(path, kept, choice.form), index)
+                closing.callback(topics[topic].close)
         first = next(iter(topics))
         for one in reader.contents():
             if isinstance(one, TimedEvent):
@@ -153,9 +155,6 @@ def _export(
                 tell(f"Exporting: {topics[first].rows} rows")
         for out in topics.values():
             out.flush()
-    finally:
-        for out in topics.values():
-            out.close()
     _write_events(folder / EVENTS, told, reader)
     return ExportResult(
         file=str(choice.file),
