@@ -6,10 +6,12 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, Any, NamedTuple
 from unittest import mock
+
+import pytest
 
 from opensuction.cli import app
 from opensuction.result.plain import Json
@@ -43,21 +45,60 @@ def opensuction(*arguments: str, cwd: Path) -> Ran:
     What it prints with ``--json`` must be as the published schema has it.
     """
     stdout, stderr = io.StringIO(), io.StringIO()
+    code = run_main(*arguments, cwd=cwd, stdout=stdout, stderr=stderr)
+    if "--json" in arguments and stdout.getvalue():  # nothing of what was refused
+        data = json.loads(stdout.getvalue())
+        assert not result_schema.find_faults(name_object(arguments, data), data)
+    return Ran(code, stdout.getvalue(), stderr.getvalue())
+
+
+def run_main(*arguments: str, cwd: Path, stdout: IO[str], stderr: IO[str]) -> int:
+    """The same with these streams; returns the status, also where a process would be left."""
     with (
         contextlib.chdir(cwd),
         contextlib.redirect_stdout(stdout),
         contextlib.redirect_stderr(stderr),
         mock.patch.object(sys, "argv", ["opensuction", *arguments]),
+        mock.patch.object(os, "_exit", sys.exit),
+        pytest.raises(SystemExit) as leaving,
     ):
-        try:
-            app.main()
-        except SystemExit as leaving:
-            code = leaving.code
+        app.main()
+    code = leaving.value.code
     assert isinstance(code, int)
-    if "--json" in arguments and stdout.getvalue():  # nothing of what was refused
-        data = json.loads(stdout.getvalue())
-        assert not result_schema.find_faults(name_object(arguments, data), data)
-    return Ran(code, stdout.getvalue(), stderr.getvalue())
+    return code
+
+
+@contextlib.contextmanager
+def largest_file(size_bytes: int) -> Iterator[None]:
+    """No file of this process grows beyond this, as on a disk that is full."""
+    import resource  # not on every system
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def spread_here(
+    function: Callable[[Any], Any],
+    tasks: Sequence[Any],
+    _: int,
+    tell: Callable[[int, Any], None] = lambda *_: None,
+    warn: object = None,  # noqa: ARG001 - no process dies
+) -> list[Any]:
+    """`worker_pool.spread` in this process, for tests whose subject is not the others."""
+    answers = []
+    for number, task in enumerate(tasks):
+        answers.append(function(task))
+        tell(number, answers[-1])
+    return answers
+
+
+def unrecorded(command: str, *arguments: str, cwd: Path) -> Ran:
+    """The same without a recording: what nobody looks at takes half of a cycle's time."""
+    return opensuction(command, "--no-recording", *arguments, cwd=cwd)
 
 
 def name_object(arguments: tuple[str, ...], data: Json) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.cli.command import opensuction
+from tests.cli.command import opensuction, unrecorded
 
 KEYS = {
     "accepted",
@@ -76,7 +76,7 @@ def test_a_cycle_tracks_as_well_as_one_that_identifies_in_place(ran: Ran) -> Non
     rmse = {}
     for name in ("preview", "b3/calibration.toml"):
         arguments = ("--protocol", "paper", "--seed", "3", "--compensation", name, "--json")
-        done = opensuction("cycle", *arguments, "--out", "run", "--force", cwd=ran.cwd)
+        done = unrecorded("cycle", *arguments, "--out", "run", "--force", cwd=ran.cwd)
         assert done.returncode == 0, done.stderr
         rmse[name] = json.loads(done.stdout)["tip"]["rmse_mm"]
     assert rmse["b3/calibration.toml"] == pytest.approx(rmse["preview"], abs=0.03)
@@ -98,7 +98,7 @@ def test_the_command_that_it_names_can_be_pasted(ran: Ran) -> None:
     (line,) = (one for one in done.stdout.splitlines() if one.startswith("Use it: "))
     command, *words = shlex.split(line.removeprefix("Use it: "))
     assert command == "opensuction"
-    done = opensuction(*words, "--out", "run", "--force", cwd=ran.cwd)
+    done = unrecorded(*words, "--out", "run", "--force", cwd=ran.cwd)
     assert done.returncode == 0, done.stderr
 
 

@@ -4,6 +4,7 @@ import io
 import json
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from opensuction.cli.command.identify import IdentifyOptions
 from opensuction.cli.progress import PlainConsole, ProgressTeller
 from opensuction.recording.cycle_file import frame
 from opensuction.recording.cycle_file.frame import Heading
-from tests.cli.command import opensuction, opensuction_process
+from tests.cli.command import Ran, opensuction, opensuction_process, run_main
 from tests.cli.test_identify import motion
 
 HOSTILE = {
@@ -132,21 +133,28 @@ def record(file: Path) -> None:
 COLUMNS = ("--input", "Höhe (µm)", "--output", "φ (mm)", "--model", "dahl")
 
 
-@pytest.mark.parametrize(
-    ("environment", "seen"),
-    [
-        ({"PYTHONIOENCODING": "ascii"}, LACKING["ascii"]),
-        ({"LC_ALL": "C", "PYTHONUTF8": "0"}, LACKING["ascii"]),
-    ],
-    ids=["ascii", "C"],
-)
+def run_in_ascii(*arguments: str, cwd: Path) -> Ran:
+    """Run a command in this process, with streams that have no other letters."""
+    streams = [io.TextIOWrapper(io.BytesIO(), encoding="ascii") for _ in range(2)]
+    status = run_main(*arguments, cwd=cwd, stdout=streams[0], stderr=streams[1])
+    for stream in streams:
+        stream.seek(0)
+    return Ran(status, streams[0].read(), streams[1].read())
+
+
+def run_in_c(*arguments: str, cwd: Path) -> Ran:
+    """Run a command in a process whose system knows no other letters."""
+    environment = {"LC_ALL": "C", "PYTHONUTF8": "0"}
+    return opensuction_process(*arguments, cwd=cwd, environment=environment)
+
+
+@pytest.mark.parametrize("run", [run_in_ascii, run_in_c])
 def test_a_terminal_without_the_letters_of_a_recording_shows_its_fit(
-    environment: dict[str, str], seen: str, tmp_path: Path
+    run: Callable[..., Ran], tmp_path: Path
 ) -> None:
+    seen = LACKING["ascii"]
     record(tmp_path / "n\udcff\x1b[1m.csv")
-    ran = opensuction_process(
-        "identify", "n\udcff\x1b[1m.csv", *COLUMNS, cwd=tmp_path, environment=environment
-    )
+    ran = run("identify", "n\udcff\x1b[1m.csv", *COLUMNS, cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert f"n\\udcff\\x1b[1m.csv: {seen.split(',', maxsplit=1)[0]} to \\u03c6 (mm)" in ran.stderr
     assert "Written: runs/" in ran.stdout

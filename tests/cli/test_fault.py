@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.cli.command import opensuction
+from tests.cli.command import opensuction, unrecorded
 from tests.cli.test_cycle import PAPER_CYCLE, assert_refused
 
 CYCLE = (*PAPER_CYCLE, "--compensation", "none")
@@ -33,7 +33,7 @@ def test_a_fault_that_cannot_be_is_one_plain_line(
 
 def faulty_cycle(folder: Path, *faults: str) -> tuple[int, dict[str, Any]]:
     chosen = [argument for fault in faults for argument in ("--fault", fault)]
-    ran = opensuction(*CYCLE, *chosen, "--json", "--out", "run", cwd=folder)
+    ran = unrecorded(*CYCLE, *chosen, "--json", "--out", "run", cwd=folder)
     assert ran.stdout, ran.stderr
     return ran.returncode, json.loads(ran.stdout)
 
@@ -59,7 +59,7 @@ def test_json_says_what_was_injected_and_what_noticed_it(tmp_path: Path) -> None
     [
         ("30010", "20"),
         *(
-            pytest.param(seed, deeper, marks=pytest.mark.sweep)
+            pytest.param(seed, deeper, marks=pytest.mark.soak)
             for seed, deeper in (("30010", "13"), ("30001", "13"), ("30003", "20"))
         ),
     ],
@@ -70,7 +70,7 @@ def test_a_carina_nearer_than_taught_is_told_while_the_tip_does_no_harm(
     """By travel no carina is expected: whatever was taught, a contact that lasts is told."""
     adult = ("--patient", "adult-icu", "--approach", "travel", "--seed", seed)
     taught = ("--fault", f"taught-too-deep={deeper_mm}")
-    ran = opensuction("cycle", *adult, *taught, "--json", "--out", "run", cwd=tmp_path)
+    ran = unrecorded("cycle", *adult, *taught, "--json", "--out", "run", cwd=tmp_path)
     data = json.loads(ran.stdout)
     assert data["carina_force_peak_n"] > 0.0
     assert data["told"][0]["what"] == "contact-time"

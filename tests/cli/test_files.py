@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.procedure.planning.protocol import PAPER
-from tests.cli.command import Ran, opensuction
+from tests.cli.command import Ran, opensuction, unrecorded
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 SLOW_CAM = """preset = "clinical"
@@ -50,7 +50,7 @@ def test_the_examples_of_the_documentation_run(tmp_path: Path) -> None:
     for name in ("machine.toml", "patient.toml"):
         shutil.copy(EXAMPLES / name, tmp_path)
     arguments = ("cycle", "--machine", "machine.toml", "--patient", "patient.toml")
-    ran = opensuction(*arguments, "--json", "--out", "run", cwd=tmp_path)
+    ran = unrecorded(*arguments, "--json", "--out", "run", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     data = json.loads(ran.stdout)
     assert data["outcome"] == "completed"
@@ -68,7 +68,7 @@ def test_the_wall_delivers_what_the_pump_cannot(tmp_path: Path) -> None:
     shutil.copy(EXAMPLES / "wall-suction.toml", tmp_path)
     found = []
     for machine in ("clinical", "wall-suction.toml"):
-        ran = opensuction("cycle", "--machine", machine, "--json", cwd=tmp_path)
+        ran = unrecorded("cycle", "--machine", machine, "--json", cwd=tmp_path)
         assert ran.returncode == 0, ran.stderr
         found.append(json.loads(ran.stdout)["vacuum"])
     pump, wall = found
@@ -80,7 +80,7 @@ def test_the_wall_delivers_what_the_pump_cannot(tmp_path: Path) -> None:
 def test_a_bench_file_runs_the_paper_s_cycle(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text('preset = "bench"\ncatheter = "12fr"\nconduit = "short"\n')
     arguments = ("--machine", "m.toml", "--protocol", "paper", "--compensation", "none", "--json")
-    ran = opensuction("cycle", *arguments, cwd=tmp_path)
+    ran = unrecorded("cycle", *arguments, cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     data = json.loads(ran.stdout)
     assert data["machine"] == "m.toml"
@@ -134,7 +134,7 @@ def test_a_protocol_that_does_not_suit_the_patient_is_refused_with_the_numbers(
 def test_a_protocol_file_that_suits_the_patient_runs(tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text(protocol_text())
     arguments = ("--protocol", "p.toml", "--patient", "neonate", "--json")
-    ran = opensuction("cycle", *arguments, cwd=tmp_path)
+    ran = unrecorded("cycle", *arguments, cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert json.loads(ran.stdout)["vacuum"]["setpoint_mmhg"] == 80.0
 
@@ -143,7 +143,7 @@ def test_a_protocol_file_is_held_against_what_was_taught(tmp_path: Path) -> None
     """Nobody knows where the drawn carina is: the length that a hand taught counts."""
     (tmp_path / "p.toml").write_text(protocol_text())
     arguments = ("--protocol", "p.toml", "--patient", "neonate", "--json")
-    data = json.loads(opensuction("cycle", *arguments, cwd=tmp_path).stdout)
+    data = json.loads(unrecorded("cycle", *arguments, cwd=tmp_path).stdout)
     taught_mm, error_mm = data["taught_mm"], data["teaching"]["error_mm"]
     assert data["teaching"]["source"] == "hand"
     assert 0.5 < error_mm < 4.0
@@ -152,7 +152,7 @@ def test_a_protocol_file_is_held_against_what_was_taught(tmp_path: Path) -> None
     for cap_mm, returncode in ((deepest_mm, 0), (deepest_mm + 0.04, 2)):
         text = protocol_text(travel_mm=cap_mm - 5.0, cap_mm=cap_mm)
         (tmp_path / "p.toml").write_text(text)
-        ran = opensuction("cycle", *arguments, cwd=tmp_path)
+        ran = unrecorded("cycle", *arguments, cwd=tmp_path)
         assert ran.returncode == returncode, ran.stderr
     assert f"whose taught length is {taught_mm:.1f} mm - 4" in ran.stderr
 
@@ -163,7 +163,7 @@ def test_a_given_length_counts_for_a_protocol_file_too(tmp_path: Path) -> None:
     arguments = ("--protocol", "p.toml", "--patient", "neonate")
     line = refused(opensuction("cycle", *arguments, "--taught", "12", cwd=tmp_path), tmp_path, 1)
     assert "cap_mm 9 mm is too deep for this patient, whose taught length is 12.0 mm" in line
-    ran = opensuction("cycle", *arguments, "--taught", "13", "--json", cwd=tmp_path)
+    ran = unrecorded("cycle", *arguments, "--taught", "13", "--json", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert json.loads(ran.stdout)["taught_mm"] == 13.0
 

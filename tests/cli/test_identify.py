@@ -11,7 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
-from tests.cli.command import opensuction
+from opensuction.identification import workbench
+from opensuction.session.identification import identification_run
+from tests.cli.command import opensuction, unrecorded
 from tests.cli.test_cycle import assert_refused
 
 MEASURED = Path(__file__).parents[2].parent / "shared" / "data" / "mrd"
@@ -94,7 +96,7 @@ def test_cycle_takes_the_parameter_file(tmp_path: Path) -> None:
         "identify", str(EXAMPLE), *COLUMNS, "--time", "time_s", "--out", "bench", cwd=tmp_path
     )
     assert ran.returncode == 0, ran.stderr
-    ran = opensuction(
+    ran = unrecorded(
         *("cycle", "--protocol", "paper", "--compensation", "bench/identification.toml"),
         *("--json", "--out", "run"),
         cwd=tmp_path,
@@ -125,28 +127,31 @@ def test_cycle_refuses_a_parameter_file_that_is_not_of_its_machine(tmp_path: Pat
         assert_refused(opensuction(*arguments, cwd=tmp_path), words, tmp_path, left=1)
 
 
-def test_compare_ranks_models_and_recommends_one(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
+    """The JSON of a comparison, and the folder in which it was asked for."""
+    folder = tmp_path_factory.mktemp("compare")
     ran = opensuction(
-        *("compare", str(EXAMPLE), *COLUMNS, "--time", "time_s", "--holdout", "0.5"),
+        *("compare", str(EXAMPLE), *COLUMNS, "--time", "time_s", "--purpose", "compensate"),
         *("--json", "--out", "found"),
-        cwd=tmp_path,
+        cwd=folder,
     )
     assert ran.returncode == 0, ran.stderr
-    data = json.loads(ran.stdout)
+    return json.loads(ran.stdout), folder
+
+
+def test_compare_ranks_models_and_recommends_one(compared: tuple[dict[str, Any], Path]) -> None:
+    data, folder = compared
     assert sum(model["recommended"] for model in data["models"]) == 1
     for model in data["models"]:
         assert model.keys() >= KEYS
-        assert (tmp_path / model["parameter_file"]).is_file()
-    assert json.loads((tmp_path / "found" / "comparison.json").read_text()) == data
-    assert (tmp_path / "found" / "report.html").is_file()
+        assert (folder / model["parameter_file"]).is_file()
+    assert json.loads((folder / "found" / "comparison.json").read_text()) == data
+    assert (folder / "found" / "report.html").is_file()
 
 
-@pytest.mark.sweep
-def test_a_purpose_is_taken_and_its_reason_told(tmp_path: Path) -> None:
-    arguments = ("compare", str(EXAMPLE), *COLUMNS, "--time", "time_s", "--json")
-    ran = opensuction(*arguments, "--purpose", "compensate", cwd=tmp_path)
-    assert ran.returncode == 0, ran.stderr
-    best, *others = json.loads(ran.stdout)["models"]
+def test_a_purpose_is_taken_and_its_reason_told(compared: tuple[dict[str, Any], Path]) -> None:
+    best, *others = compared[0]["models"]
     assert (best["model"], best["compensator"]) == ("prandtl-ishlinskii", "model-preview")
     assert best["undriven"] is None
     for each in (best, *others):
@@ -157,8 +162,29 @@ def test_a_purpose_is_taken_and_its_reason_told(tmp_path: Path) -> None:
     undriven = {other["model"]: other["undriven"] for other in others if other["undriven"]}
     assert "turns at 2 places only" in undriven["preisach"]
     assert "a search whose steps no tick could bound" in undriven["bouc-wen"]
-    ran = opensuction(*arguments, "--purpose", "drive", cwd=tmp_path)
-    assert_refused(ran, "unknown purpose 'drive'", tmp_path, left=1)
+
+
+def test_models_are_compared_on_what_is_held_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = {name: workbench.MODELS[name] for name in ("modified-dahl", "dahl")}
+    monkeypatch.setattr(workbench, "MODELS", few)
+    recording(tmp_path)
+    ran = opensuction(
+        *("compare", "bench.csv", *COLUMNS, "--holdout", "0.5", "--json"), cwd=tmp_path
+    )
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["holdout_ratio"] == 0.5
+    errors = {one["model"]: one["holdout_rmse_percent_of_range"] for one in data["models"]}
+    assert errors.keys() == few.keys()
+    assert errors["modified-dahl"] < 1e-3 < errors["dahl"]
+
+
+def test_an_unknown_purpose_is_refused(tmp_path: Path) -> None:
+    arguments = ("compare", str(EXAMPLE), *COLUMNS, "--json", "--purpose", "drive")
+    ran = opensuction(*arguments, cwd=tmp_path)
+    assert_refused(ran, "unknown purpose 'drive'", tmp_path)
 
 
 def test_parquet_and_csv_give_the_same(
@@ -376,21 +402,33 @@ def test_folder_with_something_in_it_needs_force(tmp_path: Path) -> None:
     assert_refused(opensuction(*arguments, cwd=tmp_path), "--force", tmp_path, left=1)
 
 
-@pytest.mark.sweep
-def test_a_second_input_is_asked_for_and_taken(tmp_path: Path) -> None:
-    time_s, head, tip = motion()
+BOTH = ("identify", "bent.csv", *COLUMNS, "--input", "bend_deg", "--json")
+
+
+def bent(folder: Path, tip: np.ndarray[Any, np.dtype[np.float64]]) -> None:
+    """A recording of a tip that follows another input, too."""
+    time_s, head, _ = motion()
     bend = 9.0 * np.sin(1.3 * time_s)
     rows = np.column_stack([time_s, head, bend, tip + 0.2 * bend]).tolist()
     lines = ["time_s,head_mm,bend_deg,tip_mm", *(",".join(map(repr, row)) for row in rows)]
-    (tmp_path / "bent.csv").write_text("\n".join(lines) + "\n")
+    (folder / "bent.csv").write_text("\n".join(lines) + "\n")
+
+
+def test_a_second_input_is_asked_for(tmp_path: Path) -> None:
+    bent(tmp_path, motion()[2])
     ran = opensuction("identify", "bent.csv", *COLUMNS, "--time", "time_s", "--json", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert any("add --input bend_deg" in said for said in json.loads(ran.stdout)["warnings"])
-    both = ("identify", "bent.csv", *COLUMNS, "--input", "bend_deg", "--json")
-    ran = opensuction(*both, "--model", "play-readout", cwd=tmp_path)
+    assert_refused(opensuction(*BOTH, cwd=tmp_path), "add --model play-readout", tmp_path, left=2)
+
+
+@pytest.mark.sweep
+def test_a_second_input_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(identification_run, "TIMED_S", -1.0)  # no second fit to measure its time
+    bent(tmp_path, motion()[1])
+    ran = opensuction(*BOTH, "--model", "play-readout", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     data = json.loads(ran.stdout)
     assert data["rmse_percent_of_range"] < 0.5
     assert data["recording"]["other_inputs"] == ["bend_deg"]
     assert data["coupling_percent_of_range"].keys() == {"head_mm", "bend_deg"}
-    assert_refused(opensuction(*both, cwd=tmp_path), "add --model play-readout", tmp_path, left=2)

@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from opensuction import __version__
-from opensuction.evidence.lives import life, simulated_machine
-from tests.cli.command import begun, opensuction, wait_for
+from opensuction.evidence import worker_pool
+from opensuction.evidence.lives import life, lives, simulated_machine
+from opensuction.evidence.lives.life import LifeResult
+from tests.cli.command import begun, opensuction, spread_here, wait_for
 
 SEED = 1
 ID = f"{SEED}@{__version__}"
@@ -94,6 +96,31 @@ def _small_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[N
     subprocess.run(["umount", "--lazy", str(memory)], check=True)
 
 
+@pytest.mark.usefixtures("_small_memory")
+def test_memory_that_is_full_after_a_life_keeps_that_life(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In this process, of which the campaign makes no other."""
+
+    def play_and_fill(seed: int, room: Path, **_: object) -> LifeResult:
+        found = life.play(life.draw(seed), room)
+        (tmp_path / "memory" / "full").write_bytes(bytes(100 * simulated_machine.MIB))
+        return found
+
+    monkeypatch.setattr(worker_pool, "spread", spread_here)
+    monkeypatch.setattr(lives, "_play", play_and_fill)
+    done = opensuction(*FEW, "--lives", "3", "--workers", "1", "--out", "s", cwd=tmp_path)
+    assert (done.returncode, "Ended early, after 1 of 3 lives." in done.stdout) == (2, True)
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("opensuction: no space for the files of a life: ")
+    assert f"MiB are free in {tmp_path / 'memory'}, and it needs 128" in last
+    assert last.endswith("1 of 3 lives are finished, and in s/simulate.json")
+    found = json.loads((tmp_path / "s" / "simulate.json").read_text())
+    assert (found["lives"], found["asked"], found["complete"]) == (1, 3, False)
+    assert [one.name for one in (tmp_path / "memory").iterdir()] == ["full"]
+
+
+@pytest.mark.soak
 @pytest.mark.usefixtures("_small_memory")
 def test_a_campaign_that_fills_the_memory_keeps_what_is_finished(tmp_path: Path) -> None:
     """A life goes by what it finds at its begin: each of two finds room for itself alone."""

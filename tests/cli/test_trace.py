@@ -1,8 +1,6 @@
 """``cycle --trace``: the time series as a file, refused before anything is played."""
 
 import json
-import shlex
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,7 +9,7 @@ import pytest
 import opensuction as osn
 from opensuction.kernel.errors import InputError
 from opensuction.session.cycle import trace_file
-from tests.cli.command import PROGRAM, Ran, opensuction
+from tests.cli.command import Ran, largest_file, opensuction
 
 CYCLE = ("cycle", "--machine", "bench", "--compensation", "none", "--no-recording", "--json")
 
@@ -62,15 +60,10 @@ def test_with_force_a_file_is_replaced_and_named(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of a file's size")
 def test_a_full_disk_leaves_nothing_half_written(tmp_path: Path) -> None:
     (tmp_path / "ticks.csv").write_text("old")
-    command = shlex.join((*PROGRAM, *CYCLE, "--trace", "ticks.csv", "--force", "--out", "run"))
-    done = subprocess.run(
-        ["bash", "-c", f"ulimit -f 2000; exec {command}"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    line = one_line(Ran(done.returncode, done.stdout, done.stderr), 74)
+    arguments = ("--trace", "ticks.csv", "--force", "--out", "run")
+    with largest_file(2_000_000):
+        ran = opensuction(*CYCLE, *arguments, cwd=tmp_path)
+    line = one_line(ran, 74)
     assert line == "opensuction: ticks.csv: file too large; nothing was written"
     assert [one.name for one in tmp_path.iterdir()] == ["ticks.csv"]
     assert (tmp_path / "ticks.csv").read_text() == "old"

@@ -3,7 +3,6 @@
 import errno
 import json
 import signal
-import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -151,7 +150,21 @@ def test_one_cycle_can_be_played_again(tmp_path: Path) -> None:
     assert done.returncode in (0, 1)  # as that cycle ended
 
 
-def test_an_interruption_before_the_first_cycle_leaves_nothing(tmp_path: Path) -> None:
+def test_an_interruption_before_the_first_cycle_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(_: object) -> NoReturn:
+        raise interruption.Stopped(signal.SIGTERM)
+
+    monkeypatch.setattr(trial, "warm_up", stop)
+    done = opensuction(*FEW, "--out", "t", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (143, "")
+    assert done.stderr.splitlines()[-1] == "opensuction: terminated; nothing was written"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.soak
+def test_a_signal_while_the_core_is_compiled_leaves_nothing(tmp_path: Path) -> None:
     environment = {"OPENSUCTION_CACHE_DIR": str(tmp_path / "cache")}
     (tmp_path / "work").mkdir()
     few = ("trial", "--cycles", "60", "--out", "t")
@@ -175,12 +188,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_is_done(
             raise OSError(errno.ENOSPC, "No space left on device", str(folder / trial.NAME))
         keep(folder, played)
 
-    def leave(status: int, line: str) -> NoReturn:
-        sys.stderr.write(f"opensuction: {line}\n")
-        raise SystemExit(status)
-
     monkeypatch.setattr(trial, "keep", fill)
-    monkeypatch.setattr(interruption, "leave", leave)  # which would end the tests
     done = opensuction(*FEW, "--out", "t", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (74, "")
     assert done.stderr.splitlines()[-1] == (
@@ -207,13 +215,8 @@ def test_who_goes_on_and_is_stopped_at_once_loses_nothing(
     def stop(*_: object) -> NoReturn:
         raise interruption.Stopped(signal.SIGTERM)
 
-    def leave(status: int, line: str) -> NoReturn:
-        sys.stderr.write(f"opensuction: {line}\n")
-        raise SystemExit(status)
-
     monkeypatch.setattr(trial, "warm_up", stop)
     monkeypatch.setattr(delivery, "write", stop)
-    monkeypatch.setattr(interruption, "leave", leave)  # which would end the tests
     done = opensuction("trial", "--resume", "--out", "t", cwd=tmp_path)
     assert done.returncode == 143
     assert f"terminated; {left} of 2 cycles are kept; go on with: " in done.stderr

@@ -1,6 +1,7 @@
 """The ``users`` command as its users meet it."""
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +23,19 @@ def told(folder: Path, *arguments: str) -> dict[str, Any]:
     return data
 
 
+@pytest.fixture(scope="module")
+def pattern(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a site of one administrator and one clinician, whose passwords take long."""
+    folder = tmp_path_factory.mktemp("pattern")
+    told(folder, "add", "eva", "--role", "engineer", "--administrator")
+    told(folder, "add", "anna", "--role", "clinician")
+    return folder
+
+
 @pytest.fixture
-def ward(tmp_path: Path) -> Path:
-    """A folder with a site of one administrator and one clinician."""
-    told(tmp_path, "add", "eva", "--role", "engineer", "--administrator")
-    told(tmp_path, "add", "anna", "--role", "clinician")
-    return tmp_path
+def ward(pattern: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return shutil.copytree(pattern, tmp_path, dirs_exist_ok=True)
 
 
 def sign_in(folder: Path, name: str, password: str) -> bool:

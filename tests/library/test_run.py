@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 import opensuction as osn
-from tests.cli.command import opensuction
+from tests.cli.command import opensuction, unrecorded
 from tests.library.test_fit import refusal
 
 
@@ -22,7 +22,7 @@ def run() -> osn.Run:
 def test_the_summary_is_the_commands(run: osn.Run, tmp_path: Path) -> None:
     trace = tmp_path / "ticks.csv"
     options = ("--protocol", "paper", "--seed", "3", "--trace", str(trace), "--json")
-    ran = opensuction("cycle", *options, cwd=tmp_path)
+    ran = unrecorded("cycle", *options, cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     command = json.loads(ran.stdout)
     of_the_run = {"wall_s", "realtime_factor", "recording", "trace"}

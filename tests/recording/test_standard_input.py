@@ -2,7 +2,7 @@
 
 import io
 import json
-import subprocess
+import os
 import sys
 from pathlib import Path
 
@@ -12,22 +12,10 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording import table
-from tests.cli.command import PROGRAM, Ran, opensuction
+from tests.cli.command import opensuction
 from tests.library.recordings import bench
 
 COLUMNS = ("--input", "head_mm", "--output", "tip_mm")
-
-
-def piped(content: bytes, folder: Path, *arguments: str) -> Ran:
-    done = subprocess.run(
-        [*PROGRAM, *arguments],
-        input=content,
-        cwd=folder,
-        capture_output=True,
-        timeout=300,
-        check=False,
-    )
-    return Ran(done.returncode, done.stdout.decode(), done.stderr.decode())
 
 
 def text(encoding: str = "utf-8") -> bytes:
@@ -35,8 +23,15 @@ def text(encoding: str = "utf-8") -> bytes:
     return "\n".join(["head_mm,tip_mm,Größe", *rows, ""]).encode(encoding)
 
 
-def test_a_table_is_identified_and_called_by_what_it_is(tmp_path: Path) -> None:
-    ran = piped(text("cp1252"), tmp_path, "identify", "-", *COLUMNS, "--json", "--out", "found")
+def test_a_table_is_identified_and_called_by_what_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader, writer = os.pipe()
+    os.write(writer, text("cp1252"))  # a few kB: a pipe has room for them
+    os.close(writer)
+    with os.fdopen(reader) as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        ran = opensuction("identify", "-", *COLUMNS, "--json", "--out", "found", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     data = json.loads(ran.stdout)
     assert data["recording"]["file"] == "standard input"

@@ -52,10 +52,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return example.write(tmp_path_factory.mktemp("whole") / "a.mcap").read_bytes()
 
 
-def test_cut_off_anywhere_it_gives_every_row_that_was_flushed(tmp_path: Path, whole: bytes) -> None:
+@pytest.mark.parametrize("step", [23, pytest.param(1, marks=pytest.mark.soak)])
+def test_cut_off_anywhere_it_gives_every_row_that_was_flushed(
+    tmp_path: Path, whole: bytes, step: int
+) -> None:
     expected, path = example.rows(230), tmp_path / "cut.mcap"
     most = 0
-    for size in range(0, len(whole), 7):
+    for size in range(0, len(whole), step):
         path.write_bytes(whole[:size])
         try:
             reader, table, _ = read(path)
