@@ -50,6 +50,7 @@ def test_secretions_that_come_are_drawn_and_told(bedside: Bedside) -> None:
     expect(page.locator(".phase-meaning")).to_contain_text("Nothing comes.")
     expect(drops).to_be_hidden()
     expect(flow).to_have_attribute("d", "")
+    assert page.evaluate("document.getAnimations().length") == 0, "nothing is drawn for nobody"
 
 
 def test_nothing_flows_on_a_picture_that_is_not_live(bedside: Bedside) -> None:
