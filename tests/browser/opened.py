@@ -1,10 +1,10 @@
 """A page opened from disk in a real browser, and what it complained of and asked for."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import BrowserContext, Page
 
 INKED = """id => {
     const canvas = document.querySelector(`#${id} canvas`);
@@ -14,6 +14,8 @@ INKED = """id => {
     return [box.width, box.height, new Set(pixels).size];
 }"""
 """Size of a plot on the page and the number of different colours in it."""
+
+SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 
 
 class Opened(NamedTuple):
@@ -26,11 +28,23 @@ class Opened(NamedTuple):
         return [url for url in self.requests if not url.startswith(("file:", "data:"))]
 
 
-def opened(browser: "Browser", folder: Path, html: str, drawn: str, **context: Any) -> Opened:
-    """Write a page, open it and wait for its last plot. drawn: that plot's identifier."""
+def opened(
+    context: "BrowserContext",
+    folder: Path,
+    html: str,
+    drawn: str,
+    size: tuple[int, int] = (1400, 900),
+    scheme: Literal["light", "dark"] = "light",
+) -> Opened:
+    """Write a page, open it and wait for its last plot.
+
+    drawn: that plot's identifier; size: width and height of the window, px; scheme: of its colours.
+    """
     file = folder / "report.html"
     file.write_text(html, encoding="utf-8")
-    tab = browser.new_context(**context).new_page()
+    tab = context.new_page()
+    tab.set_viewport_size({"width": size[0], "height": size[1]})
+    tab.emulate_media(color_scheme=scheme)
     page = Opened(tab, [], [])
     tab.on("console", lambda message: page.complaints.append(message.text))
     tab.on("pageerror", lambda error: page.complaints.append(str(error)))

@@ -8,11 +8,11 @@ import pytest
 
 from opensuction.report.identification import identification_page
 from opensuction.result.identification_result import WorkbenchResult
-from tests.browser.opened import INKED, Opened, opened
+from tests.browser.opened import INKED, SCHEMES, Opened, opened
 from tests.report import identification_example as example
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import BrowserContext
 
 pytestmark = pytest.mark.browser
 
@@ -33,16 +33,19 @@ HAS_COLOUR = """([id, name]) => {
 """Whether a plot holds pixels in a colour of the style sheet."""
 
 
-def _open(browser: "Browser", folder: Path, html: str, **context: Any) -> Opened:
-    return opened(browser, folder, html, "autocorrelation", **context)
+def _open(context: "BrowserContext", folder: Path, html: str, **window: Any) -> Opened:
+    return opened(context, folder, html, "autocorrelation", **window)
 
 
-@pytest.fixture
-def compared(chromium: "Browser", tmp_path: Path) -> Iterator[Opened]:
+@pytest.fixture(scope="module")
+def compared(
+    tablet: "BrowserContext", tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Opened]:
+    """Of several models, for all tests that look at it."""
     html = identification_page.render(example.compared(), example.curves())
-    report = _open(chromium, tmp_path, html, viewport={"width": 1400, "height": 900})
+    report = _open(tablet, tmp_path_factory.mktemp("compared"), html)
     yield report
-    report.page.context.close()
+    report.page.close()
 
 
 def test_every_plot_is_drawn_without_network_or_complaints(compared: Opened) -> None:
@@ -76,39 +79,37 @@ def test_cursor_reads_output_and_residual_together(compared: Opened) -> None:
     assert "mm" in compared.page.inner_text("#output .u-legend")
 
 
-@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.sweep)])
 @pytest.mark.parametrize("alone", [True, False])
 def test_phone_shows_everything_without_sideways_scrolling(
-    chromium: "Browser", tmp_path: Path, scheme: str, alone: bool
+    tablet: "BrowserContext", tmp_path: Path, alone: bool
 ) -> None:
     result: WorkbenchResult = example.identified() if alone else example.compared()
     html = identification_page.render(result, example.curves(example.MODELS[: 1 if alone else 3]))
-    size = {"width": 390, "height": 844}
-    report = _open(chromium, tmp_path, html, viewport=size, color_scheme=scheme)
-    assert report.page.evaluate("document.documentElement.scrollWidth") <= 390
-    assert "error 0.3 %" in report.page.inner_text("#outcome")
-    assert report.complaints == []
-    report.page.context.close()
+    report = _open(tablet, tmp_path, html, size=(390, 844), scheme="dark")
+    for scheme in reversed(SCHEMES):
+        report.page.emulate_media(color_scheme=scheme)
+        assert report.page.evaluate("document.documentElement.scrollWidth") <= 390, scheme
+        assert "error 0.3 %" in report.page.inner_text("#outcome")
+        assert report.complaints == []
+    report.page.close()
 
 
-@pytest.mark.parametrize("width", [760, pytest.param(1100, marks=pytest.mark.sweep)])
-def test_ranking_is_no_wider_than_the_page(chromium: "Browser", tmp_path: Path, width: int) -> None:
+def test_ranking_is_no_wider_than_the_page(compared: Opened) -> None:
+    for width in (760, 1100, 1400):
+        compared.page.set_viewport_size({"width": width, "height": 900})
+        wide, room = compared.page.evaluate(
+            "(() => { const table = document.querySelector('.ranking');"
+            " return [table.scrollWidth, table.parentElement.clientWidth]; })()"
+        )
+        assert wide <= room, width
+
+
+def test_dark_page_prints_on_white(tablet: "BrowserContext", tmp_path: Path) -> None:
     html = identification_page.render(example.compared(), example.curves())
-    report = _open(chromium, tmp_path, html, viewport={"width": width, "height": 900})
-    wide, room = report.page.evaluate(
-        "(() => { const table = document.querySelector('.ranking');"
-        " return [table.scrollWidth, table.parentElement.clientWidth]; })()"
-    )
-    assert wide <= room
-    report.page.context.close()
-
-
-def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
-    html = identification_page.render(example.compared(), example.curves())
-    report = _open(chromium, tmp_path, html, color_scheme="dark")
+    report = _open(tablet, tmp_path, html, scheme="dark")
     paper = "getComputedStyle(document.body).backgroundColor"
     assert report.page.evaluate(paper) != "rgb(255, 255, 255)"
     report.page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert report.page.evaluate(paper) == "rgb(255, 255, 255)"
     assert report.complaints == []
-    report.page.context.close()
+    report.page.close()

@@ -8,12 +8,12 @@ import pytest
 
 from opensuction.report.cycle import page
 from opensuction.result.cycle_result import CycleResult
-from tests.browser.opened import INKED, Opened
+from tests.browser.opened import INKED, SCHEMES, Opened
 from tests.browser.opened import opened as open_page
 from tests.report import example
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import BrowserContext
 
 pytestmark = pytest.mark.browser
 
@@ -34,16 +34,17 @@ MARKED = """() => {
 """Pixels of the colour of an alarm in a plot that has no other use for it."""
 
 
-def _open(browser: "Browser", folder: Path, result: CycleResult, **context: Any) -> Opened:
+def _open(context: "BrowserContext", folder: Path, result: CycleResult, **window: Any) -> Opened:
     trace = example.breathing_trace() if result.patient else example.trace()
-    return open_page(browser, folder, page.render(result, trace), "loop", **context)
+    return open_page(context, folder, page.render(result, trace), "loop", **window)
 
 
-@pytest.fixture
-def opened(chromium: "Browser", tmp_path: Path) -> Iterator[Opened]:
-    report = _open(chromium, tmp_path, example.summary(), viewport={"width": 1400, "height": 900})
+@pytest.fixture(scope="module")
+def opened(tablet: "BrowserContext", tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    """Of one cycle, for all tests that look at it."""
+    report = _open(tablet, tmp_path_factory.mktemp("bench"), example.summary())
     yield report
-    report.page.context.close()
+    report.page.close()
 
 
 def test_page_opens_from_disk_without_network_or_complaints(opened: Opened) -> None:
@@ -82,14 +83,17 @@ def test_plots_follow_the_window(opened: Opened) -> None:
         "document.querySelector('#depth canvas').getBoundingClientRect().width < 800"
     )
     assert opened.complaints == []
+    opened.page.set_viewport_size({"width": 1400, "height": 900})
 
 
-@pytest.fixture
-def on_patient(chromium: "Browser", tmp_path: Path) -> Iterator[Opened]:
-    size = {"width": 1400, "height": 900}
-    report = _open(chromium, tmp_path, example.on_patient(), viewport=size)
+@pytest.fixture(scope="module")
+def on_patient(
+    tablet: "BrowserContext", tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Opened]:
+    """Of one cycle on a patient, for all tests that look at it."""
+    report = _open(tablet, tmp_path_factory.mktemp("patient"), example.on_patient())
     yield report
-    report.page.context.close()
+    report.page.close()
 
 
 def test_patient_and_contact_have_their_plots(on_patient: Opened) -> None:
@@ -124,30 +128,25 @@ def test_moment_on_a_plot_of_the_patient_is_the_same_moment_of_the_machine(
     assert on_patient.page.locator("#loop .ring-mark").is_visible()
 
 
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.sweep)])
 @pytest.mark.parametrize(
     "summary",
     [example.aborted(), example.on_patient(outcome="aborted", alarms=[example.ALARM])],
 )
 def test_phone_shows_everything_without_sideways_scrolling(
-    chromium: "Browser", tmp_path: Path, scheme: str, summary: CycleResult
+    tablet: "BrowserContext", tmp_path: Path, summary: CycleResult
 ) -> None:
-    opened = _open(
-        chromium,
-        tmp_path,
-        summary,
-        viewport={"width": 390, "height": 844},
-        color_scheme=scheme,
-    )
-    width = opened.page.evaluate("document.documentElement.scrollWidth")
-    assert width <= 390
-    assert "High alarm" in opened.page.inner_text("#outcome")
-    assert opened.complaints == []
-    opened.page.context.close()
+    opened = _open(tablet, tmp_path, summary, size=(390, 844))
+    for scheme in SCHEMES:
+        opened.page.emulate_media(color_scheme=scheme)
+        width = opened.page.evaluate("document.documentElement.scrollWidth")
+        assert width <= 390, scheme
+        assert "High alarm" in opened.page.inner_text("#outcome")
+        assert opened.complaints == []
+    opened.page.close()
 
 
-def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
-    opened = _open(chromium, tmp_path, example.summary(), color_scheme="dark")
+def test_dark_page_prints_on_white(tablet: "BrowserContext", tmp_path: Path) -> None:
+    opened = _open(tablet, tmp_path, example.summary(), scheme="dark")
     paper = "getComputedStyle(document.body).backgroundColor"
     assert opened.page.evaluate(paper) != "rgb(255, 255, 255)"
     opened.page.evaluate("dispatchEvent(new Event('beforeprint'))")
@@ -155,15 +154,15 @@ def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
     opened.page.evaluate("dispatchEvent(new Event('afterprint'))")
     assert opened.page.evaluate(paper) != "rgb(255, 255, 255)"
     assert opened.complaints == []
-    opened.page.context.close()
+    opened.page.close()
 
 
-def test_an_alarm_is_marked_from_top_to_bottom(chromium: "Browser", tmp_path: Path) -> None:
+def test_an_alarm_is_marked_from_top_to_bottom(tablet: "BrowserContext", tmp_path: Path) -> None:
     pixels = []
     for summary in (example.aborted(), example.aborted(alarms=[])):
-        report = _open(chromium, tmp_path, summary)
+        report = _open(tablet, tmp_path, summary)
         pixels.append(report.page.evaluate(MARKED))
-        report.page.context.close()
+        report.page.close()
     assert pixels[0] > 100
     assert pixels[1] == 0
 

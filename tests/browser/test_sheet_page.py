@@ -1,7 +1,7 @@
 """A sheet in a real browser: every plot has ink, nothing complains, nothing is fetched."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import pytest
 
@@ -11,7 +11,7 @@ from tests.browser.opened import INKED, opened
 from tests.report import sheet_example
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import BrowserContext
 
 pytestmark = pytest.mark.browser
 
@@ -29,14 +29,16 @@ BLANK = 20
         pytest.param(390, "light", marks=pytest.mark.sweep),
     ],
 )
-def test_sheet_draws_and_fits(chromium: "Browser", tmp_path: Path, width: int, scheme: str) -> None:
+def test_sheet_draws_and_fits(
+    tablet: "BrowserContext", tmp_path: Path, width: int, scheme: Literal["light", "dark"]
+) -> None:
     sheet_page = opened(
-        chromium,
+        tablet,
         tmp_path,
         sheet.render(sheet_example.sheet()),
         PLOTS[-1],
-        viewport={"width": width, "height": 900},
-        color_scheme=scheme,
+        (width, 900),
+        scheme,
     )
     for name in PLOTS:
         wide, high, colours = sheet_page.page.evaluate(INKED, name)
@@ -46,18 +48,18 @@ def test_sheet_draws_and_fits(chromium: "Browser", tmp_path: Path, width: int, s
     assert sheet_page.page.evaluate("document.documentElement.scrollWidth") <= width
     assert sheet_page.complaints == []
     assert sheet_page.elsewhere() == []
-    sheet_page.page.context.close()
+    sheet_page.page.close()
 
 
 def test_what_is_folded_opens_by_its_link_and_is_drawn_then(
-    chromium: "Browser", tmp_path: Path
+    tablet: "BrowserContext", tmp_path: Path
 ) -> None:
     example = sheet_example.sheet()
     first = example.sections[0]
     linked = Table("Where to", ("section",), ((Cell("details", href="#more"),),))
     overview = Section("Overview", (), (linked,), first.plots[:1])
     folded = example._replace(sections=(overview, first._replace(anchor="more")))
-    page = opened(chromium, tmp_path, sheet.render(folded), PLOTS[0]).page
+    page = opened(tablet, tmp_path, sheet.render(folded), PLOTS[0]).page
     assert not page.evaluate("document.getElementById('more').open")
     page.get_by_role("link", name="details").click()
     page.wait_for_selector("#plot-2-1 canvas")
@@ -65,4 +67,4 @@ def test_what_is_folded_opens_by_its_link_and_is_drawn_then(
     wide, high, colours = page.evaluate(INKED, "plot-2-1")
     assert min(wide, high) > 100
     assert colours > BLANK
-    page.context.close()
+    page.close()

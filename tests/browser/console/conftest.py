@@ -9,9 +9,7 @@ from opensuction.accounts.rule.right import Role
 from tests.browser.console.fake_machine import FakeMachine, FakeServer, serve
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, Page
-
-TABLET = {"width": 1280, "height": 800}
+    from playwright.sync_api import BrowserContext, Page
 
 
 class Bedside(NamedTuple):
@@ -23,7 +21,7 @@ class Bedside(NamedTuple):
     complaints: list[str]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def fake_server() -> Iterator[FakeServer]:
     with serve() as server:
         yield server
@@ -33,12 +31,6 @@ def fake_server() -> Iterator[FakeServer]:
 def fake(fake_server: FakeServer) -> Iterator[tuple[FakeMachine, str]]:
     with fake_server.playing() as machine:
         yield machine, fake_server.url
-
-
-@pytest.fixture(scope="module")
-def tablet(chromium: "Browser") -> "BrowserContext":
-    """What the pages of a file share: the files of the console, which are loaded once."""
-    return chromium.new_context(viewport=TABLET)  # type: ignore[arg-type]
 
 
 @pytest.fixture
@@ -52,6 +44,15 @@ def clinician(tablet: "BrowserContext", fake: tuple[FakeMachine, str]) -> Iterat
     """The bedside view of a clinician who has signed in."""
     fake[0].sign_in(Role.CLINICIAN)
     yield from _shown(tablet, *fake)
+
+
+@pytest.fixture(scope="module")
+def modules(tablet: "BrowserContext", fake_server: FakeServer) -> Iterator["Page"]:
+    """A page for the console's modules alone: it shows nothing, and asks for nothing."""
+    page = tablet.new_page()
+    page.goto(f"{fake_server.url}js/clock.js")  # as text
+    yield page
+    page.close()
 
 
 def _shown(context: "BrowserContext", machine: FakeMachine, url: str) -> Iterator[Bedside]:

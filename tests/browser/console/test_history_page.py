@@ -9,17 +9,16 @@ from playwright.sync_api import expect
 
 from opensuction.session.choice import CycleChoice, RigChoice
 from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
-from tests.console.history.past import Past, fill, remember
+from tests.console.history.past import Past, fill, remember, work_here
 from tests.console.listening import listening
 from tests.console.served import Served
 from tests.session.recorded import played
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import BrowserContext, Page
 
 pytestmark = pytest.mark.browser
 
-TABLET = {"width": 1280, "height": 800}
 WORK_MS = 120_000
 
 
@@ -31,22 +30,28 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return played.without_truth(cycle.path, folder / "real.mcap")
 
 
-@pytest.fixture
-def console(tmp_path: Path) -> Iterator[Served]:
-    with listening(tmp_path) as made:
+@pytest.fixture(scope="module")
+def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with listening(tmp_path_factory.mktemp("console")) as made:
         yield made
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def past(console: Served, recording: Path) -> Past:
+    """For all tests: they look at it."""
     return remember(console, recording)
+
+
+@pytest.fixture(autouse=True)
+def _work_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    work_here(monkeypatch)
 
 
 class Tab:
     """A page that somebody of a role has open, and what it complained of."""
 
-    def __init__(self, browser: "Browser", console: Served, role: str | None) -> None:
-        context = browser.new_context(viewport=TABLET)  # type: ignore[arg-type]
+    def __init__(self, context: "BrowserContext", console: Served, role: str | None) -> None:
+        context.clear_cookies()
         for name, value in console.cookies(role).items():
             context.add_cookies([{"name": name, "value": value, "url": console.url}])
         self.url, self.complaints = console.url, list[str]()
@@ -61,9 +66,9 @@ class Tab:
 
 
 def test_from_the_list_to_a_cycle_and_its_report(
-    chromium: "Browser", console: Served, past: Past
+    tablet: "BrowserContext", console: Served, past: Past
 ) -> None:
-    tab = Tab(chromium, console, "observer")
+    tab = Tab(tablet, console, "observer")
     page = tab.open("")
     page.get_by_role("link", name="1", exact=True).click()
     page.get_by_role("heading", name="Cycle 1").wait_for()
@@ -77,15 +82,20 @@ def test_from_the_list_to_a_cycle_and_its_report(
     assert tab.complaints == []
     page.go_back()
     page.get_by_role("heading", name="Cycle 1").wait_for()
-    page.context.close()
+    page.close()
     assert past.completed
 
 
 @pytest.mark.sweep
 def test_a_recording_is_taken_and_played_again_by_keyboard(
-    chromium: "Browser", console: Served, past: Past, recording: Path
+    tablet: "BrowserContext", tmp_path: Path, recording: Path
 ) -> None:
-    tab = Tab(chromium, console, "clinician")
+    with listening(tmp_path) as console:  # of its own: one that was played again says so
+        past = remember(console, recording)
+        _take_and_play_again(Tab(tablet, console, "clinician"), past, recording)
+
+
+def _take_and_play_again(tab: Tab, past: Past, recording: Path) -> None:
     page = tab.open(f"/cycle/{past.completed}")
     with page.expect_download() as download:
         page.get_by_role("link", name="Take the recording").focus()
@@ -95,13 +105,13 @@ def test_a_recording_is_taken_and_played_again_by_keyboard(
     page.keyboard.press("Enter")
     page.get_by_text("Identical: every output").wait_for(timeout=WORK_MS)
     assert tab.complaints == []
-    page.context.close()
+    page.close()
 
 
 def test_a_list_is_narrowed_and_says_when_nothing_is_left(
-    chromium: "Browser", console: Served, past: Past
+    tablet: "BrowserContext", console: Served, past: Past
 ) -> None:
-    tab = Tab(chromium, console, "observer")
+    tab = Tab(tablet, console, "observer")
     page = tab.open("")
     rows = page.locator(".history-list tbody tr")
     rows.nth(2).wait_for()
@@ -114,14 +124,18 @@ def test_a_list_is_narrowed_and_says_when_nothing_is_left(
     page.get_by_role("button", name="Show all").click()
     rows.nth(2).wait_for()
     assert tab.complaints == []
-    page.context.close()
+    page.close()
     assert past.lost
 
 
 @pytest.mark.sweep
-def test_older_ones_follow_on_demand(chromium: "Browser", console: Served) -> None:
-    fill(console, 60)
-    page = Tab(chromium, console, "observer").open("")
+def test_older_ones_follow_on_demand(tablet: "BrowserContext", tmp_path: Path) -> None:
+    with listening(tmp_path) as console:
+        fill(console, 60)
+        _look_at_older_ones(Tab(tablet, console, "observer").open(""))
+
+
+def _look_at_older_ones(page: "Page") -> None:
     rows = page.locator(".history-list tbody tr")
     rows.nth(49).wait_for()
     assert rows.count() == 50
@@ -130,11 +144,11 @@ def test_older_ones_follow_on_demand(chromium: "Browser", console: Served) -> No
     page.get_by_text("That is all.").wait_for()
     numbers = [int(text) for text in page.locator(".history-list tbody th").all_inner_texts()]
     assert numbers == list(range(60, 0, -1))
-    page.context.close()
+    page.close()
 
 
-def test_alarms_trends_and_the_trail(chromium: "Browser", console: Served, past: Past) -> None:
-    tab = Tab(chromium, console, "engineer")
+def test_alarms_trends_and_the_trail(tablet: "BrowserContext", console: Served, past: Past) -> None:
+    tab = Tab(tablet, console, "engineer")
     page = tab.open("/alarms")
     page.locator(".priority.high").wait_for()
     page.get_by_role("link", name="Trends").click()
@@ -144,15 +158,15 @@ def test_alarms_trends_and_the_trail(chromium: "Browser", console: Served, past:
     page.get_by_role("button", name="Read the whole trail").click()
     page.get_by_text("nothing changed, removed or added. Read").wait_for(timeout=WORK_MS)
     assert tab.complaints == []
-    page.context.close()
+    page.close()
     assert past.running
 
 
 @pytest.mark.sweep
 def test_what_is_refused_is_said_and_can_be_tried_again(
-    chromium: "Browser", console: Served, past: Past
+    tablet: "BrowserContext", console: Served, past: Past
 ) -> None:
-    page = Tab(chromium, console, "observer").open("/cycle/nobody")
+    page = Tab(tablet, console, "observer").open("/cycle/nobody")
     page.get_by_text("no such cycle is on record").wait_for()
     page.route("**/api/v1/cycles?*", lambda route: route.abort())
     page.goto(f"{console.url}/#/history/cycles")
@@ -161,19 +175,19 @@ def test_what_is_refused_is_said_and_can_be_tried_again(
     page.unroute("**/api/v1/cycles?*")
     again.click()
     page.locator(".history-list tbody tr").first.wait_for()
-    page.context.close()
+    page.close()
     assert past.completed
 
 
 @pytest.mark.sweep
-def test_each_role_sees_what_it_may(chromium: "Browser", console: Served, past: Past) -> None:
-    page = Tab(chromium, console, "clinician").open("")
+def test_each_role_sees_what_it_may(tablet: "BrowserContext", console: Served, past: Past) -> None:
+    page = Tab(tablet, console, "clinician").open("")
     page.locator(".history-list tbody tr").first.wait_for()
     assert page.get_by_role("link", name="Who did what").count() == 0
-    page.context.close()
-    page = Tab(chromium, console, None).open("")
+    page.close()
+    page = Tab(tablet, console, None).open("")
     page.get_by_text("Sign in to see History").wait_for()
-    page.context.close()
+    page.close()
     assert past.completed
 
 
@@ -185,9 +199,9 @@ def test_each_role_sees_what_it_may(chromium: "Browser", console: Served, past: 
     ],
 )
 def test_the_history_is_for_everybody(
-    chromium: "Browser", console: Served, past: Past, scheme: Any
+    tablet: "BrowserContext", console: Served, past: Past, scheme: Any
 ) -> None:
-    tab = Tab(chromium, console, "engineer")
+    tab = Tab(tablet, console, "engineer")
     tab.page.emulate_media(color_scheme=scheme)
     found = {}
     for place, shown in (
@@ -207,4 +221,4 @@ def test_the_history_is_for_everybody(
     page.get_by_text("The same as a table").click()
     found["plots"] = findings(page) + page.evaluate(SMALL, TOUCH_PX)
     assert found == {name: [] for name in found}
-    page.context.close()
+    page.close()

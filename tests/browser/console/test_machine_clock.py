@@ -2,12 +2,15 @@
 
 import re
 from datetime import timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from playwright.sync_api import expect
 
 from tests.browser.console.conftest import Bedside
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
 
 pytestmark = pytest.mark.browser
 
@@ -37,7 +40,7 @@ SECONDS = """() => new Promise((then) => {
         pytest.param(
             -timedelta(minutes=61),
             "This device's clock is 61 min ahead of the machine's.",
-            marks=pytest.mark.sweep,
+            marks=pytest.mark.soak,
         ),
         pytest.param(
             timedelta(seconds=7.2),
@@ -81,20 +84,20 @@ def test_before_the_machine_has_told_the_time_none_is_shown(bedside: Bedside) ->
     expect(bedside.page.locator(".clock")).to_have_text("\u2013")
 
 
-def hear(bedside: Bedside, script: str) -> Any:
+def hear(modules: "Page", script: str) -> Any:
     """What a script gives that has a clock to itself."""
-    return bedside.page.evaluate(
+    return modules.evaluate(
         f"""async () => {{
-        const {{ hearTime, machineNow }} = await import("/js/clock.js?alone");
+        const {{ hearTime, machineNow }} = await import(`/js/clock.js?${{performance.now()}}`);
         const told = (tick, utc_ms, now_ms, age_s = 0, connected = true) => hearTime(
             {{ tick, utc: new Date(utc_ms).toISOString(), age_s, connected }}, now_ms);
         {script} }}"""
     )
 
 
-def test_messages_that_come_late_turn_no_clock_back(bedside: Bedside) -> None:
+def test_messages_that_come_late_turn_no_clock_back(modules: "Page") -> None:
     found = hear(
-        bedside,
+        modules,
         """
         told(1, 100000, 1000);
         const shown = [];
@@ -109,9 +112,9 @@ def test_messages_that_come_late_turn_no_clock_back(bedside: Bedside) -> None:
     assert found == [99000, 99000]
 
 
-def test_the_age_of_what_is_told_is_no_time_of_the_machine(bedside: Bedside) -> None:
+def test_the_age_of_what_is_told_is_no_time_of_the_machine(modules: "Page") -> None:
     found = hear(
-        bedside,
+        modules,
         """
         told(1, 100000, 1000, 0.4);
         const first = machineNow(1000);
@@ -122,9 +125,9 @@ def test_the_age_of_what_is_told_is_no_time_of_the_machine(bedside: Bedside) -> 
     assert found == [100400, 100500]
 
 
-def test_a_clock_that_goes_another_way_is_followed(bedside: Bedside) -> None:
+def test_a_clock_that_goes_another_way_is_followed(modules: "Page") -> None:
     found = hear(
-        bedside,
+        modules,
         """
         told(500, 100000, 1000);
         told(0, 40000, 2000);

@@ -66,7 +66,9 @@ def test_a_session_that_has_ended_is_said(bedside: Bedside) -> None:
     expect(page.get_by_role("button", name="kim, clinician")).to_be_hidden()
 
 
-@pytest.mark.parametrize("role", [Role.OBSERVER, Role.ENGINEER])
+@pytest.mark.parametrize(
+    "role", [Role.OBSERVER, pytest.param(Role.ENGINEER, marks=pytest.mark.soak)]
+)
 def test_who_may_not_start_is_told_so(bedside: Bedside, role: Role) -> None:
     sign_in(bedside, str(role))
     expect(bedside.page.locator(".start-why")).to_contain_text("only a clinician starts")

@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 from opensuction.kernel.vocabulary import Phase
 from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.safety.condition import Condition
-from tests.browser.console.conftest import TABLET
+from tests.browser.conftest import TABLET
 from tests.browser.console.waiting import until
 from tests.console.listening import listening
 from tests.console.served import PEOPLE, Served

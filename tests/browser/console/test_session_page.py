@@ -9,7 +9,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from opensuction.accounts.rule.right import Role
-from tests.browser.console.conftest import TABLET, Bedside
+from tests.browser.conftest import TABLET
+from tests.browser.console.conftest import Bedside
 from tests.browser.console.waiting import until
 from tests.console.listening import listening
 from tests.console.served import PEOPLE, Served
@@ -176,7 +177,7 @@ def to_revoke_a_token(bedside: Bedside) -> None:
 DIALOGS = [
     to_choose_a_password,
     pytest.param(to_add_an_account, marks=pytest.mark.sweep),
-    pytest.param(to_revoke_a_token, marks=pytest.mark.sweep),
+    pytest.param(to_revoke_a_token, marks=pytest.mark.soak),
 ]
 
 

@@ -14,7 +14,7 @@ from opensuction.runtime import machine_folder
 from opensuction.runtime.machine_folder import CONFIGURATION
 from opensuction.session.running import basis
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
-from tests.browser.console.conftest import TABLET
+from tests.browser.conftest import TABLET
 from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
 from tests.console.listening import listening_app
 from tests.console.served import PEOPLE, free_port

@@ -1,10 +1,11 @@
 """Rows as the page keeps and draws them: no peak is lost, and what is missing is no line."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.browser.console.conftest import Bedside
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
 
 pytestmark = pytest.mark.browser
 
@@ -20,14 +21,14 @@ const channels = [{ name: "x", unit: "mm" }];
 """
 
 
-def play(bedside: Bedside, script: str) -> Any:
+def play(modules: "Page", script: str) -> Any:
     """What a script of the page's own modules gives."""
-    return bedside.page.evaluate(f"async () => {{ {MODULES} {script} }}")
+    return modules.evaluate(f"async () => {{ {MODULES} {script} }}")
 
 
-def test_a_peak_of_one_tick_in_a_minute_is_drawn(bedside: Bedside) -> None:
+def test_a_peak_of_one_tick_in_a_minute_is_drawn(modules: "Page") -> None:
     found = play(
-        bedside,
+        modules,
         """
         const buffer = new Buffer(channels);
         const values = new Array(60000).fill(0);
@@ -47,9 +48,9 @@ def test_a_peak_of_one_tick_in_a_minute_is_drawn(bedside: Bedside) -> None:
     assert is_sorted
 
 
-def test_rows_that_are_missing_are_no_line(bedside: Bedside) -> None:
+def test_rows_that_are_missing_are_no_line(modules: "Page") -> None:
     found = play(
-        bedside,
+        modules,
         """
         const buffer = new Buffer(channels);
         buffer.push(frame(0, 10, [1, 1, 1]));
@@ -62,9 +63,9 @@ def test_rows_that_are_missing_are_no_line(bedside: Bedside) -> None:
     assert found == [[1, 1, 1, None, 2, 2, 2, None, 3], 497, 8]
 
 
-def test_rows_that_come_again_are_taken_once(bedside: Bedside) -> None:
+def test_rows_that_come_again_are_taken_once(modules: "Page") -> None:
     found = play(
-        bedside,
+        modules,
         """
         const buffer = new Buffer(channels);
         buffer.push(frame(0, 10, [1, 2, 3, 4]));
@@ -75,9 +76,9 @@ def test_rows_that_come_again_are_taken_once(bedside: Bedside) -> None:
     assert found == [6, [0, 1, 2, 3, 4, 5], 0]
 
 
-def test_ticks_that_the_loop_missed_are_counted(bedside: Bedside) -> None:
+def test_ticks_that_the_loop_missed_are_counted(modules: "Page") -> None:
     found = play(
-        bedside,
+        modules,
         """
         const buffer = new Buffer(channels);
         buffer.push(frame(0, 10, [1, 2, 3], { steps: Uint32Array.of(0, 1, 5) }));
@@ -87,9 +88,9 @@ def test_ticks_that_the_loop_missed_are_counted(bedside: Bedside) -> None:
     assert found == [3, 3]
 
 
-def test_what_is_so_already_is_no_other_mark(bedside: Bedside) -> None:
+def test_what_is_so_already_is_no_other_mark(modules: "Page") -> None:
     found = play(
-        bedside,
+        modules,
         """
         const marks = new Marks();
         const phase = (time_s, name) => marks.add({ what: "phase", time_s, name, detail: "" });

@@ -174,13 +174,15 @@ def find_faults(found: Any, screen: Screen) -> Iterator[str]:
     ],
 )
 def shown_on(
-    request: pytest.FixtureRequest, chromium: "Browser"
+    request: pytest.FixtureRequest, tablet: "BrowserContext", chromium: "Browser"
 ) -> Iterator[tuple["BrowserContext", Screen]]:
-    """A browser with such a screen, whose pages load the files once."""
+    """Whose pages have such a screen; one of another scale is a context of its own."""
     screen = SCREENS[request.param]
-    context = chromium.new_context(
-        viewport={"width": screen.wide, "height": screen.high}, device_scale_factor=screen.scale
-    )
+    if screen.scale == 1.0:
+        yield tablet, screen
+        return
+    context = chromium.new_context(device_scale_factor=screen.scale)
+    context.new_page()  # keeps the process of the others alive
     yield context, screen
     context.close()
 
@@ -194,6 +196,7 @@ def small(
     machine, url = fake
     machine.sign_in(Role.CLINICIAN)
     page = context.new_page()
+    page.set_viewport_size({"width": screen.wide, "height": screen.high})
     page.goto(url)
     page.get_by_text("Live", exact=True).wait_for()
     page.locator(".live-anatomy").wait_for()
@@ -202,7 +205,7 @@ def small(
 
 
 @pytest.mark.parametrize(
-    "ahead", [pytest.param(timedelta(), marks=pytest.mark.sweep), timedelta(hours=-11)]
+    "ahead", [pytest.param(timedelta(), marks=pytest.mark.soak), timedelta(hours=-11)]
 )
 def test_nothing_lies_over_anything_and_no_word_leaves_its_tile(
     small: tuple["Page", FakeMachine, Screen], ahead: timedelta

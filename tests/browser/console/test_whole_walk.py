@@ -22,7 +22,7 @@ from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records
 from opensuction.runtime import machine_folder
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
-from tests.browser.console.conftest import TABLET
+from tests.browser.conftest import TABLET
 from tests.cli.command import Process, begun, wait_for
 from tests.console.served import free_port
 from tests.runtime.machine_room import wait

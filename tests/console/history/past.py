@@ -1,11 +1,17 @@
 """A console with a past: cycles of each outcome on record, one of them with a real recording."""
 
+import json
 import shutil
 import threading
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import pytest
+
+from opensuction.console.history import job_queue, work_process
+from opensuction.console.history.job_queue import RecordingFile
 from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome
 from tests.console.served import Served
 from tests.runtime.identity import ABOUT
@@ -72,6 +78,20 @@ def fill(console: Served, cycles: int) -> None:
         at = NOON + timedelta(minutes=number)
         one = records.begin_cycle(start(None), at=at)
         records.end_cycle(one, CycleEnd(Outcome.COMPLETED), at=at)
+
+
+def work_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the console's work on recordings done in this process, which has loaded what it needs.
+
+    What is a process of its own is asked in `test_job_queue.py`, and of each kind of work once in
+    `test_recording.py`.
+    """
+
+    def work(what: str, files: Sequence[RecordingFile]) -> Iterator[dict[str, Any]]:
+        for one in files:
+            yield json.loads(json.dumps(work_process.answer(what, list(one.parts))))
+
+    monkeypatch.setattr(job_queue, "_work", work)
 
 
 def join(work: str) -> None:

@@ -17,12 +17,27 @@ from opensuction.recording.cycle_file.row_schema import TABLES, TICK_COLUMNS, TI
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.records import recording_check
 from opensuction.records.entry import BoundFile, CycleEnd, Outcome
-from tests.console.history.past import ATTACK, NOON, RECORDING, Past, join, remember, start
+from tests.console.history.past import (
+    ATTACK,
+    NOON,
+    RECORDING,
+    Past,
+    join,
+    remember,
+    start,
+    work_here,
+)
 from tests.console.served import Served
 from tests.runtime.identity import ABOUT
 from tests.session.recorded import played
 
 V1 = "/api/v1"
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Recordings are worked on in this process: that another one does it is not the point."""
+    work_here(monkeypatch)
 
 
 def test_a_recording_is_given_whole_and_in_parts(console: Served, recording: Path) -> None:
@@ -169,6 +184,7 @@ def test_a_report_may_run_its_own_scripts_and_nothing_else(
     assert console.client().get(path).status_code == 401
 
 
+@pytest.mark.usefixtures("here")
 def test_a_report_of_what_is_no_recording_is_refused_in_one_line(console: Served) -> None:
     past = remember(console, None)
     (console.site.recordings / RECORDING).write_bytes(b"no recording\n" * 10)
@@ -197,6 +213,7 @@ def test_a_replay_is_begun_once_and_its_verdict_kept(console: Served, recording:
     assert refused.post(path).status_code == 403
 
 
+@pytest.mark.usefixtures("here")
 def test_a_first_part_without_a_row_keeps_no_recording_from_its_replay(
     console: Served, recording: Path
 ) -> None:
@@ -212,6 +229,7 @@ def test_a_first_part_without_a_row_keeps_no_recording_from_its_replay(
     assert verdict["ticks"] > 0
 
 
+@pytest.mark.usefixtures("here")
 def test_a_replay_that_differs_says_where(console: Served, recording: Path, tmp_path: Path) -> None:
     reader = RecordingReader(recording)
     rows = [one for one in reader.contents() if isinstance(one, Rows)]
@@ -236,7 +254,7 @@ def test_a_replay_that_differs_says_where(console: Served, recording: Path, tmp_
 
 
 def test_figures_are_worked_out_once_and_kept_beside_the_recordings(
-    console: Served, recording: Path
+    console: Served, recording: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     past = remember(console, recording)
     client = console.client("observer")
@@ -253,6 +271,7 @@ def test_figures_are_worked_out_once_and_kept_beside_the_recordings(
     assert json.loads(kept.read_text())["gap_mm"] == quantities["gap_mm"]["median"]
     recorded = console.site.recordings / RECORDING
     recorded.write_bytes(b"no recording")
+    work_here(monkeypatch)  # one process has shown that it does it
     client.get(f"{V1}/trends")
     join("_fill")
     found = client.get(f"{V1}/trends").json()
@@ -261,6 +280,7 @@ def test_figures_are_worked_out_once_and_kept_beside_the_recordings(
     assert past.completed
 
 
+@pytest.mark.usefixtures("here")
 def test_names_and_details_stay_text(console: Served, recording: Path) -> None:
     reader = RecordingReader(recording)
     about = {**reader.heading.about, "patient": ATTACK, "machine": ATTACK}
@@ -297,6 +317,7 @@ def remember_bound(console: Served, recording: Path) -> tuple[Past, str]:
     return past, aborted
 
 
+@pytest.mark.usefixtures("here")
 def test_no_report_is_made_of_another_cycle_s_recording(console: Served, recording: Path) -> None:
     past, aborted = remember_bound(console, recording)
     client, folder = console.client("engineer"), console.site.recordings
@@ -375,6 +396,7 @@ def test_a_recording_that_is_not_as_it_was_is_said_in_words(
     assert words in client.get(f"{V1}/cycles/{past.completed}").json()["recording_fault"]
 
 
+@pytest.mark.usefixtures("here")
 def test_one_without_a_hash_on_record_is_unbound_and_shown(
     console: Served, recording: Path
 ) -> None:

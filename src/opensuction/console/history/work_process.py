@@ -84,6 +84,16 @@ def figures(paths: list[Path]) -> dict[str, Any]:
 WORKS = {REPORT: report, REPLAY: replay, FIGURES: figures}
 
 
+def answer(what: str, paths: list[Path]) -> dict[str, Any]:
+    """Result of one kind of work on a recording, or the reason of its refusal."""
+    from opensuction.kernel.errors import InputError
+
+    try:
+        return WORKS[what](paths)
+    except InputError as refused:
+        return {"refused": str(refused)}
+
+
 def main() -> None:
     """Do what the first line of the input wants."""
     os.nice(NICEST)
@@ -91,14 +101,9 @@ def main() -> None:
     limit_s = LIMITS_S[asked["what"]]
     resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s))
     threading.Thread(target=_end_with_input, daemon=True).start()
-    from opensuction.kernel.errors import InputError
-
     for recording in asked["recordings"]:
-        try:
-            answer = WORKS[asked["what"]]([Path(part) for part in recording])
-        except InputError as refused:
-            answer = {"refused": str(refused)}
-        sys.stdout.write(f"{json.dumps(answer)}\n")
+        found = answer(asked["what"], [Path(part) for part in recording])
+        sys.stdout.write(f"{json.dumps(found)}\n")
         sys.stdout.flush()
 
 
