@@ -28,9 +28,8 @@ def prepared() -> Prepared:
     return cycle_run.prepare(resolution.resolve(choice))
 
 
-@pytest.fixture
-def begun() -> Iterator[Prepared]:
-    """Of a machine whose twin plays, and whom nobody looks after."""
+@pytest.fixture(scope="module")
+def playing() -> Iterator[Prepared]:
     made = prepared()
     twin = machine.begin(NAME, made, None, anew=False).twin
     assert isinstance(twin, subprocess.Popen)
@@ -39,6 +38,17 @@ def begun() -> Iterator[Prepared]:
     assert twin.wait(5.0) == 0
     machine_folder.clear(machine_folder.find(NAME))
     machine_folder.find(NAME).rmdir()
+
+
+@pytest.fixture
+def begun(playing: Prepared) -> Iterator[Prepared]:
+    """Of a machine whose twin plays, and whom nobody looks after; its files come back as begun."""
+    folder = machine_folder.find(NAME)
+    names = machine_folder.CONFIGURATION, machine_folder.BEGUN_WITH, machine_folder.BASIS
+    kept = {folder / name: (folder / name).read_bytes() for name in names}
+    yield playing
+    for path, data in kept.items():
+        path.write_bytes(data)
 
 
 def test_what_people_have_set_on_it_stays_as_they_set_it(begun: Prepared) -> None:
