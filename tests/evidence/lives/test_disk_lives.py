@@ -77,7 +77,7 @@ def test_a_recording_that_a_full_disk_let_begin_and_not_go_on_loses_no_row() -> 
     assert life.play(Life(20298, 60, (full,))).violations == ()
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_what_a_controller_left_waits_for_room_where_all_died_on_a_full_disk() -> None:
     faults = (FULL._replace(seconds=8.5), LifeFault(Kind.KILL, ALL, Phase.INSERTING, 2.6, 0.0))
     assert play(*faults).violations == ()

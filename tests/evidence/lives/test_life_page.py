@@ -22,7 +22,7 @@ STANDSTILL_S = 3.0
 FAULTS = (
     LifeFault(Kind.FREEZE, RECORDER, Phase.CHECKING, 0.05, 0.4),
     LifeFault(Kind.STANDSTILL, "", Phase.SUCTIONING, 0.05, STANDSTILL_S),
-    LifeFault(Kind.KILL, ALL, None, 20.0, 0.0),
+    LifeFault(Kind.KILL, ALL, None, 17.0, 0.0),
 )
 LIFE = Life(1, 3, FAULTS)
 
@@ -57,7 +57,7 @@ def test_the_course_shows_what_became_of_every_process(watched: WatchedLife) -> 
     assert {one.from_s for one in dead} <= ended_s
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_the_course_shows_a_short_freeze_as_short_as_it_is() -> None:
     """Whoever stands still has no step due meanwhile, and controller and twin tick on."""
     short = LifeFault(Kind.FREEZE, SUPERVISOR, Phase.CHECKING, 0.05, 0.005)

@@ -104,10 +104,12 @@ def test_a_controller_that_comes_just_before_the_end_is_on_record() -> None:
     assert life.play(Life(1005, 60, (all_killed,))).violations == ()
 
 
-@pytest.mark.sweep
-def test_a_seed_gives_the_same_life_in_this_and_in_two_other_processes() -> None:
+@pytest.mark.parametrize(
+    "workers", [pytest.param(1, marks=pytest.mark.sweep), pytest.param(2, marks=pytest.mark.soak)]
+)
+def test_a_seed_gives_the_same_life_in_this_and_in_other_processes(workers: int) -> None:
     seeds = UNSEEN[47:49]  # of the shorter ones
-    campaign = Campaign(seeds, workers=2)
+    campaign = Campaign(seeds, workers=workers)
     alone = [life.play(life.draw(seed)) for seed in seeds]
     shared = lives.run(campaign)
     assert alone == shared

@@ -112,7 +112,7 @@ def test_the_share_is_of_the_way_to_the_bound(bound: Harm, share: float) -> None
     assert find_share(bound) == pytest.approx(share)
 
 
-@pytest.mark.parametrize("calibrates", [False, True])
+@pytest.mark.parametrize("calibrates", [pytest.param(False, marks=pytest.mark.sweep), True])
 def test_a_day_is_judged_cycle_by_cycle(monkeypatch: pytest.MonkeyPatch, calibrates: bool) -> None:
     monkeypatch.setattr(day_search, "CYCLES", 2)
     place = DayPlace(ADULT, calibrates, 7, 1.0)
