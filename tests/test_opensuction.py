@@ -63,3 +63,15 @@ def test_changelog_and_citation_name_this_version_and_one_day() -> None:
     assert version == opensuction.__version__
     assert f"\nversion: {version}\n" in cited
     assert f"\ndate-released: {day}\n" in cited
+
+
+def test_version_citation_and_changelog_name_the_same_release() -> None:
+    root = Path(__file__).resolve().parents[1]
+    citation = (root / "CITATION.cff").read_text("utf-8")
+    version, date = (
+        next(found[1] for found in re.finditer(f"(?m)^{key}: (.+)$", citation))
+        for key in ("version", "date-released")
+    )
+    assert version == opensuction.__version__
+    headings = re.findall("(?m)^## (.+)$", (root / "CHANGELOG.md").read_text("utf-8"))
+    assert headings[:2] == ["Unreleased", f"{version} - {date}"]

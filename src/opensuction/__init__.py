@@ -7,7 +7,7 @@ claim is in-silico.
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 _MODULES = {
     "Commands": "kernel.interface",
