@@ -26,8 +26,6 @@ from tests.runtime.identity import ABOUT
 PHASE_TICKS = "state.core.procedure.phase_ticks"
 REST_S = 1.0
 """Between passes."""
-LOOKS_S = 0.005
-"""How often it is looked at what is waited for."""
 TOLD_LATE = 30
 """Late ticks that a failed test lists, the last ones."""
 INSIDE_MM = 3.0
@@ -36,6 +34,9 @@ INSIDE_MM = 3.0
 
 class Room:
     """Both processes, and who asks and looks."""
+
+    looks_s = 0.005
+    """How often it is looked at what is waited for."""
 
     def __init__(self, folder: Path, host: Host, pid: int, lockstep: str = "") -> None:
         """pid: of who asks and looks. lockstep: module of a controller that plays the machine, too;
@@ -116,15 +117,16 @@ class Room:
         """Let time go by."""
         self.host.clock.sleep_until(after(self.host.clock, seconds))
 
-    def wait(
-        self, holds: Callable[[], bool], seconds: float = 30.0, every_s: float = LOOKS_S
-    ) -> bool:
-        """Wait until something is so, so long at most; whether it is."""
+    def wait(self, holds: Callable[[], bool], seconds: float = 30.0, every_s: float = 0.0) -> bool:
+        """Wait until something is so, so long at most; whether it is.
+
+        every_s: how often it is looked at; 0: as often as at anything.
+        """
         ends_ns = after(self.host.clock, seconds)
         while not holds():
             if self.host.clock.monotonic_ns() > ends_ns:
                 return False
-            self.rest(every_s)
+            self.rest(every_s or self.looks_s)
         return True
 
     def ended(self, process: Child, seconds: float) -> int | None:
