@@ -213,6 +213,7 @@ def test_who_signs_out_leaves_no_dialog_behind(bedside: Bedside) -> None:
     expect(page.get_by_role("dialog")).to_be_hidden()
 
 
+@pytest.mark.sweep
 @pytest.mark.real_time
 @pytest.mark.parametrize(
     ("left_name", "right_name"),

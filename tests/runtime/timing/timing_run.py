@@ -6,6 +6,7 @@ which shows what the machine lets any loop keep. `timing_figures` says what came
 """
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -45,7 +46,7 @@ SAMPLE_S = 1.0
 BUTTONS = ("reset", "assessed", "oxygen_skipped", "start")
 """What a person presses where the machine rests, one at each look."""
 PAUSE_S = REST_S + 0.5
-"""For how long they wait before, and before they try once more."""
+"""For how long they wait before the next one, and before they try once more."""
 KEPT = (
     "loop.time_s",
     "loop.late_s",
@@ -119,7 +120,9 @@ class Person:
         self._sender, self._number, self._next_s = Sender(folder / ASK, "nurse"), 0, 0.0
 
     def look(self, phase: float) -> None:
-        """Press the next button, where the machine waits for one."""
+        """Press the next button, where the machine waits for one. phase: not a number: unknown."""
+        if math.isnan(phase):
+            return
         now_s = time.monotonic()
         if phase not in RESTING:
             self._next_s = now_s + PAUSE_S
