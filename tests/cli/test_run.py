@@ -14,7 +14,7 @@ import pytest
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.console import console_process
-from opensuction.ipc.liveness import holder
+from opensuction.ipc.liveness import Heartbeat, Process, holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import Phase
@@ -22,13 +22,16 @@ from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.records.records import Records
 from opensuction.runtime import machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
-from tests.cli.command import Process, begun, opensuction, wait_for
+from tests.cli import command
+from tests.cli.command import begun, opensuction, wait_for
 from tests.console.served import free_port
 from tests.runtime.machine_room import wait
 
 pytestmark = pytest.mark.real_time
 
 NEONATE = ("--patient", "neonate")
+SIGN_S = 0.5
+"""A sign of life is no older."""
 
 
 @pytest.fixture
@@ -58,6 +61,13 @@ def phase_of(name: str) -> Phase | None:
     except InputError:
         return None
     return None if newest is None else Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")]))
+
+
+def is_kept(name: str) -> bool:
+    """A recorder works: a cycle that begins before that has no recording of its own."""
+    signs = Heartbeat(machine_folder.find(name))
+    both = (Process.RECORDER, Process.KEEPING)
+    return all(signs.is_expected(one) and signs.age_s(one) < SIGN_S for one in both)
 
 
 def is_gone(name: str) -> bool:
@@ -99,7 +109,7 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
         assert {"control-started", "recorder-started", "controller-ended"} <= did
 
 
-def serve_under(umask: int, *arguments: str, cwd: Path) -> Process:
+def serve_under(umask: int, *arguments: str, cwd: Path) -> command.Process:
     """Begin to serve as somebody whose files are by themselves readable for everybody, or not."""
     before = os.umask(umask)
     try:
@@ -128,7 +138,7 @@ def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
         cwd=tmp_path,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(machine_folder.find(name) / machine_folder.RECORDS) is not None)
+    assert wait(lambda: is_kept(name), 60.0)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
     assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: list((tmp_path / "runs" / "kept").glob("*.mcap")) != [], 60.0)
@@ -149,7 +159,7 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
         cwd=tmp_path,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(machine_folder.find(name) / machine_folder.RECORDS) is not None)
+    assert wait(lambda: is_kept(name), 60.0)
     second = opensuction(
         *("serve", *NEONATE, "--name", name, "--out", "other", "--port", port), cwd=tmp_path
     )
@@ -203,7 +213,7 @@ def test_a_machine_lost_with_the_tip_inside_is_told_and_the_next_one_waits_for_a
     options = ("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept")
     served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(machine_folder.find(name) / machine_folder.RECORDS) is not None)
+    assert wait(lambda: is_kept(name), 60.0)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
     assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: phase_of(name) == Phase.SUCTIONING, 60.0)

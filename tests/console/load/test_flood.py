@@ -101,10 +101,8 @@ def quantiles_ms(took_s: list[float]) -> dict[str, float]:
 
 
 @pytest.mark.sweep
-def test_a_stop_is_heard_while_others_press_five_thousand_times_a_second(
-    machine: ConsoleMachine,
-) -> None:
-    with flooded(machine):
+def test_a_stop_is_heard_while_others_press_five_thousand_times_a_second() -> None:
+    with console_machine() as machine, flooded(machine):
         check_presses(machine, False, True)
 
 
