@@ -33,12 +33,18 @@ NEONATE = ("--patient", "neonate")
 SIGN_S = 0.5
 """A sign of life is no older."""
 
+BEGUN: list[command.Process] = []
+"""What a test that failed may have left."""
+
 
 @pytest.fixture
 def name() -> Iterator[str]:
     """A machine's name of its own; whatever runs under it is gone afterwards."""
     made = f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
     yield made
+    while BEGUN:
+        with BEGUN.pop() as process:
+            process.kill()
     folder = machine_folder.make(made)
     for lock in (
         machine_folder.SUPERVISES,
@@ -109,11 +115,12 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
         assert {"control-started", "recorder-started", "controller-ended"} <= did
 
 
-def serve_under(umask: int, *arguments: str, cwd: Path) -> command.Process:
-    """Begin to serve as somebody whose files are by themselves readable for everybody, or not."""
+def serve(*arguments: str, cwd: Path, umask: int = 0o022) -> command.Process:
+    """Begin to serve. umask: of who does."""
     before = os.umask(umask)
     try:
-        return begun("serve", *arguments, cwd=cwd)
+        BEGUN.append(begun("serve", *arguments, cwd=cwd))
+        return BEGUN[-1]
     finally:
         os.umask(before)
 
@@ -132,10 +139,11 @@ def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
     name: str, tmp_path: Path
 ) -> None:
     """As where everybody may read what somebody writes, below."""
-    served = serve_under(
-        *(0o077, *NEONATE, "--name", name, "--database", "records/ward.db"),
+    served = serve(
+        *(*NEONATE, "--name", name, "--database", "records/ward.db"),
         *("--out", "runs/kept", "--port", str(free_port())),
         cwd=tmp_path,
+        umask=0o077,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
     assert wait(lambda: is_kept(name), 60.0)
@@ -153,10 +161,11 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
 ) -> None:
     port = str(free_port())
     database = tmp_path / "records" / "ward.db"
-    served = serve_under(
-        *(0o000, *NEONATE, "--name", name, "--database", "records/ward.db"),
+    served = serve(
+        *(*NEONATE, "--name", name, "--database", "records/ward.db"),
         *("--out", "runs/kept", "--port", port),
         cwd=tmp_path,
+        umask=0o000,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
     assert wait(lambda: is_kept(name), 60.0)
@@ -210,8 +219,8 @@ def test_a_machine_lost_with_the_tip_inside_is_told_and_the_next_one_waits_for_a
 
     `session/running/test_predecessor.py` asks the same of what a machine leaves, without processes.
     """
-    options = ("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept")
-    served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
+    options = (*NEONATE, "--name", name, "--database", "ward.db", "--out", "kept")
+    served = serve(*options, "--port", str(free_port()), cwd=tmp_path)
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
     assert wait(lambda: is_kept(name), 60.0)
     assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
@@ -227,7 +236,7 @@ def test_a_machine_lost_with_the_tip_inside_is_told_and_the_next_one_waits_for_a
     assert "ended in order" not in said
     assert is_gone(name)
 
-    served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
+    served = serve(*options, "--port", str(free_port()), cwd=tmp_path)
     # It is at home and knows where the other one was.
     assert wait(lambda: phase_of(name) == Phase.HALTED, 240.0)
     url = wait_for("Console: ", served.stderr)
