@@ -239,6 +239,7 @@ def test_a_disturbance_costs_what_it_is() -> None:
     assert changed(creep_ratio=4.0) > changed() + 0.1
 
 
+@pytest.mark.sweep
 def test_two_cycles_past_a_barrier_bring_a_changed_gap_back_without_contact() -> None:
     """Asked for: at most .3 mm, of a gap 10 % off."""
     carry_out = plant_run.take(PLANT_OF_NAME["preisach-25"], 101)
@@ -254,7 +255,14 @@ def test_two_cycles_past_a_barrier_bring_a_changed_gap_back_without_contact() ->
     assert taught == carry_out(none, narrow).rmse_mm
 
 
-@pytest.mark.parametrize("name", [plant.name for plant in MODELS if plant.name != "preisach"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(plant.name, marks=pytest.mark.sweep if plant.name == "generalised" else ())
+        for plant in MODELS
+        if plant.name != "preisach"
+    ],
+)
 def test_a_models_gap_is_as_many_times_as_wide(name: str) -> None:
     """At one head position the branches of a long stroke are so many times as far apart."""
     plant = PLANT_OF_NAME[name]
