@@ -22,9 +22,9 @@ from tests.cli.command import (
     PROGRAM,
     begun,
     largest_file,
-    opensuction,
     opensuction_process,
     run_main,
+    unrecorded,
     wait_for,
 )
 from tests.evidence.safety_case.hazard_example import FAULT, ROW
@@ -189,7 +189,7 @@ def test_a_machine_that_ends_says_whether_there_are_recordings(
     ("arguments", "left"),
     [
         (("--help",), "nothing was written"),
-        ((*CYCLE, "--json", "--out", "run"), "the results are in run"),
+        ((*CYCLE, "--no-recording", "--json", "--out", "run"), "the results are in run"),
     ],
 )
 def test_a_closed_pipe_is_one_line(arguments: tuple[str, ...], left: str, tmp_path: Path) -> None:
@@ -246,7 +246,7 @@ def test_a_file_that_cannot_be_written_is_one_line_and_changes_nothing(tmp_path:
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "cycle.json").write_text("of an earlier run")
     with largest_file(50_000):  # the report has more
-        done = opensuction(*CYCLE, "--json", "--out", "run", "--force", cwd=tmp_path)
+        done = unrecorded(*CYCLE, "--json", "--out", "run", "--force", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (74, "")
     line = done.stderr.splitlines()[-1]
     assert line == "opensuction: report.html: file too large; nothing was written"
