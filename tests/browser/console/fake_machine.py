@@ -288,13 +288,16 @@ def add_machine(app: FastAPI, fake: FakeMachine) -> None:
 
 
 async def tell(socket: WebSocket, fake: FakeMachine) -> None:
-    """The state, twenty times a second, as long as the machine is up."""
+    """A state as soon as it is shown, and again ten times a second, as long as the machine is up."""
+    last, looks = None, 0
     while not fake.down:
-        if not fake.mute:
+        state, looks = fake.state, looks + 1
+        if not fake.mute and (state is not last or looks % 5 == 0):
             utc = (datetime.now(UTC) + fake.ahead).isoformat(timespec="milliseconds")
-            await socket.send_json({**fake.state, "utc": utc})
+            await socket.send_json({**state, "utc": utc})
             fake.told += 1
-        await asyncio.sleep(0.05)
+            last = state
+        await asyncio.sleep(0.02)
     await socket.close()
 
 

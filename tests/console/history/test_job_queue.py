@@ -43,7 +43,6 @@ def begun(path: Path) -> subprocess.Popen[bytes]:
     return process
 
 
-@pytest.mark.sweep
 def test_the_work_has_the_lowest_priority_and_ends_with_who_asked(tmp_path: Path) -> None:
     process = begun(tmp_path / "a.mcap")
     assert process.stdout is not None

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 NICEST = 19
-INPUT, READ_BYTES = 0, 1024
+INPUT, READ_BYTES = 0, 65536
 REPORT, REPLAY, FIGURES = "report", "replay", "figures"
 LIMITS_S = {REPORT: 90, REPLAY: 300, FIGURES: 900}
 """How long each may take."""
@@ -23,13 +23,13 @@ LIMITS_S = {REPORT: 90, REPLAY: 300, FIGURES: 900}
 
 def _read_first_line() -> bytes:
     """Without a buffer, whose lock the thread that waits for the end would hold."""
-    line = b""
-    while not line.endswith(b"\n"):
-        more = os.read(INPUT, 1)
+    parts: list[bytes] = []
+    while not parts or b"\n" not in parts[-1]:
+        more = os.read(INPUT, READ_BYTES)
         if not more:
             break
-        line += more
-    return line
+        parts.append(more)
+    return b"".join(parts)  # nothing follows the first line
 
 
 def _end_with_input() -> None:
