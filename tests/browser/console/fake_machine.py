@@ -288,7 +288,7 @@ def add_machine(app: FastAPI, fake: FakeMachine) -> None:
 
 
 async def tell(socket: WebSocket, fake: FakeMachine) -> None:
-    """A state as soon as it is shown, and again ten times a second, as long as the machine is up."""
+    """A state as soon as it is shown and ten times a second, as long as the machine is up."""
     last, looks = None, 0
     while not fake.down:
         state, looks = fake.state, looks + 1
