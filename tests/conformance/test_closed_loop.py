@@ -61,8 +61,9 @@ def linked() -> list[list[float]]:
 @pytest.mark.parametrize(
     ("play", "reached"),
     [
-        pytest.param(bench, {Phase.SUCTIONING, Phase.PARKED}, marks=pytest.mark.sweep),
-        (linked, {Phase.INSERTING, Phase.ABORTING}),
+        # Its controller and its machine are compared without the loop in each run of all tests.
+        pytest.param(bench, {Phase.SUCTIONING, Phase.PARKED}, marks=pytest.mark.soak),
+        pytest.param(linked, {Phase.INSERTING, Phase.ABORTING}, marks=pytest.mark.sweep),
     ],
 )
 def test_compiled_equals_plain_python(

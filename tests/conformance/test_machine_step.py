@@ -10,6 +10,7 @@ from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
 from tests.conformance.plain import run_plain
+from tests.settled import settled
 
 DT_S = 0.001
 TICKS = 2000
@@ -30,13 +31,16 @@ def script(tick: int) -> Commands:
     )
 
 
+step, see, sense = settled(plant.step), settled(machine.truth), settled(machine.read)
+
+
 def played(twin: Machine, state: PlantState) -> list[list[float]]:
     """Truth and readings of every tick of the script."""
     rows = []
     for tick in range(TICKS):
-        state = plant.step(twin, state, script(tick), DT_S)
-        truth = [float(value) for value in machine.truth(twin, state.machine)]
-        read = machine.read(twin, state.machine)
+        state = step(twin, state, script(tick), DT_S)
+        truth = [float(value) for value in see(twin, state.machine)]
+        read = sense(twin, state.machine)
         readings = [float(value) for value in (*read[:-1], *read.monitor)]
         rows.append(truth + readings)
     return rows
@@ -74,13 +78,26 @@ def lively_results() -> list[list[float]]:
     return played(twin, preset.park(nobody, values, 25.0, seed=11, run=2))
 
 
-@pytest.mark.parametrize(
-    "play", [pytest.param(results, marks=pytest.mark.sweep), bedside_results, lively_results]
-)
-def test_compiled_equals_plain_python(play: Callable[[], list[list[float]]]) -> None:
-    plain = run_plain("tests.conformance.test_machine_step", play.__name__)
-    assert isinstance(plain, list)
-    compiled = play()
+PLAYS = {play.__name__: play for play in (results, bedside_results, lively_results)}
+
+
+def all_results() -> dict[str, list[list[float]]]:
+    return {name: play() for name, play in PLAYS.items()}
+
+
+@pytest.fixture(scope="module")
+def plainly() -> dict[str, list[list[float]]]:
+    """All of them as plain Python."""
+    plain = run_plain("tests.conformance.test_machine_step", "all_results")
+    assert isinstance(plain, dict)
+    return plain
+
+
+@pytest.mark.parametrize("play", PLAYS.values())
+def test_compiled_equals_plain_python(
+    play: Callable[[], list[list[float]]], plainly: dict[str, list[list[float]]]
+) -> None:
+    plain, compiled = plainly[play.__name__], play()
     assert len(plain) == len(compiled) == TICKS
     names = row.columns(Truth)
     last = dict(zip(names, compiled[-1], strict=False))

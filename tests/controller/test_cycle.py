@@ -130,7 +130,7 @@ class Sound(NamedTuple):
 SOUND_TICKS = 36_000
 FIRST, EVERY = 10, 300
 """Ticks at which the cycle is stopped: the first one, and how far apart they are."""
-PARTS = 8
+PARTS = 16
 """So many tests share these instants."""
 
 
@@ -165,14 +165,14 @@ def stopped(
 
 
 def moments() -> list[Any]:
-    """Which eighths of the instants for which kind: all for the two that people use most.
+    """Which sixteenths of the instants for which kind: all for the two that people use most.
 
     The others have every other one in turn, so that each phase and each instant is stopped in.
     One of each kind is in `make test`, another one for the next kind; the others are long runs.
     """
 
     def marks(kind: CompensationKind, part: int) -> tuple[pytest.MarkDecorator, ...]:
-        return () if part == kind else (pytest.mark.soak,)
+        return () if part == 2 * kind + kind % 2 else (pytest.mark.soak,)
 
     often = (EXACT, CompensationKind.PREVIEW)
     return [

@@ -29,7 +29,13 @@ EXACT = CompensationKind.EXACT_INVERSE
 INSTANTS = (6.1, 6.25, 8.1, 16.1, 17.1, 20.1, 25.1, 26.1, 35.1)
 ENDED_S = 51.0
 
-at_any_time = pytest.mark.parametrize("start_s", INSTANTS)
+BETWEEN = (8.1, 20.1, 26.1)
+"""In the midst of a phase: for the long runs."""
+
+at_any_time = pytest.mark.parametrize(
+    "start_s",
+    [pytest.param(one, marks=pytest.mark.soak if one in BETWEEN else ()) for one in INSTANTS],
+)
 WAYS = [
     *((EXACT, start_s) for start_s in INSTANTS),
     *((CompensationKind.NONE, start_s) for start_s in (9.7, 29.7)),
@@ -96,13 +102,13 @@ FOLLOWED_BY = {
 
 
 def ways_of_faults() -> list[Any]:
-    """Every third way of each fault in turn; the others are a sweep."""
+    """Every third way of each fault in turn; the others are for the long runs."""
     return [
         pytest.param(
             fault,
             kind,
             start_s,
-            marks=() if (i + j) % 3 == 0 else pytest.mark.sweep,
+            marks=() if (i + j) % 3 == 0 else pytest.mark.soak,
             id=f"{fault.name}-{kind.name}-{start_s}",
         )
         for i, fault in enumerate(SEEN_AT_ONCE)
@@ -162,7 +168,7 @@ def test_a_head_that_cannot_be_seen_is_drawn_out_and_then_let_go(start_s: float)
         pytest.param(
             fault,
             start_s,
-            marks=() if (i + j) % 2 == 0 else pytest.mark.sweep,
+            marks=() if (i + j) % 2 == 0 else pytest.mark.soak,
             id=f"{fault.name}-{start_s}",
         )
         for i, fault in enumerate((Fault.HEAD_FLAGGED, Fault.HEAD_NAN))

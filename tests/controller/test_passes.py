@@ -30,7 +30,9 @@ from tests.controller.used_machine import clocked
 SKIPPING = START | OXYGEN_SKIPPED
 DUE_S = 3599.0
 """An hour's schedule is about to act."""
-patients = pytest.mark.parametrize("name", ["adult-icu", "child-10kg", "neonate"])
+patients = pytest.mark.parametrize(
+    "name", ["adult-icu", pytest.param("child-10kg", marks=pytest.mark.soak), "neonate"]
+)
 
 
 def rest_s(loop: Loop) -> float:

@@ -85,18 +85,32 @@ def assert_nobody_left_inside(
     assert came == len(numbers)
 
 
-@pytest.mark.sweep
 @pytest.mark.requirement("OS-R45")
-def test_one_sample_of_one_sensor_ends_no_cycle(machines: list[Prepared]) -> None:
-    assert_nobody_left_inside(machines, GLITCHES, range(48), ends=False)
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        # Each of the sensors at a machine of its own.
+        pytest.param(range(0, 48, 9), marks=pytest.mark.sweep, id="each"),
+        pytest.param(range(48), marks=pytest.mark.soak, id="all"),
+    ],
+)
+def test_one_sample_of_one_sensor_ends_no_cycle(machines: list[Prepared], numbers: range) -> None:
+    assert_nobody_left_inside(machines, GLITCHES, numbers, ends=False)
 
 
-@pytest.mark.sweep
 @pytest.mark.requirement("OS-R45")
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        # Each of the faults, the machines in turn.
+        pytest.param(range(0, 96, 7), marks=pytest.mark.sweep, id="each"),
+        pytest.param(range(32), marks=pytest.mark.soak, id="some at all"),
+    ],
+)
 def test_a_sensor_or_a_motor_that_is_wrong_for_good_leaves_nobody_behind(
-    machines: list[Prepared],
+    machines: list[Prepared], numbers: range
 ) -> None:
-    assert_nobody_left_inside(machines, LASTING, range(32), ends=True)
+    assert_nobody_left_inside(machines, LASTING, numbers, ends=True)
 
 
 @pytest.mark.soak

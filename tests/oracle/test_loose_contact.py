@@ -41,10 +41,19 @@ def assert_all_out(machines: list[Prepared], numbers: range) -> None:
         assert_out(prepared, fault, at_s, 0.01 * (GONE_S / 0.01) ** draws.random())
 
 
-@pytest.mark.sweep
 @pytest.mark.requirement("OS-R45")
-def test_a_contact_that_is_loose_by_turns_leaves_nobody_inside(machines: list[Prepared]) -> None:
-    assert_all_out(machines, range(48))
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        # Each fault at three machines, each machine once or twice.
+        pytest.param(range(0, 24, 3), marks=pytest.mark.sweep, id="each"),
+        pytest.param(range(48), marks=pytest.mark.soak, id="all"),
+    ],
+)
+def test_a_contact_that_is_loose_by_turns_leaves_nobody_inside(
+    machines: list[Prepared], numbers: range
+) -> None:
+    assert_all_out(machines, numbers)
 
 
 @pytest.mark.soak

@@ -49,9 +49,16 @@ def assert_nobody_left_inside(machines: list[Prepared], numbers: range) -> None:
     assert came == len(numbers)
 
 
-@pytest.mark.sweep
-def test_no_outage_leaves_the_catheter_inside(machines: list[Prepared]) -> None:
-    assert_nobody_left_inside(machines, range(48))
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        # Each phase of a cycle, the machines in turn.
+        pytest.param(range(0, 64, 9), marks=pytest.mark.sweep, id="each"),
+        pytest.param(range(48), marks=pytest.mark.soak, id="all"),
+    ],
+)
+def test_no_outage_leaves_the_catheter_inside(machines: list[Prepared], numbers: range) -> None:
+    assert_nobody_left_inside(machines, numbers)
 
 
 @pytest.mark.parametrize("outage_s", [0.03, 0.5, 2.0])

@@ -40,7 +40,7 @@ def test_a_minute_passed_is_a_minute_of_the_closed_loop_at_rest(early: int) -> N
     assert passed.machine.airway.tip_mm == pytest.approx(played.machine.airway.tip_mm, abs=0.3)
 
 
-@pytest.mark.parametrize("hours", [3, pytest.param(24, marks=pytest.mark.sweep)])
+@pytest.mark.parametrize("hours", [3, pytest.param(24, marks=pytest.mark.soak)])
 def test_the_secretions_of_hours_gather(hours: int) -> None:
     loop, state = parked()
     before = float(np.sum(state.bedside.secretion_ml))

@@ -35,8 +35,8 @@ def starts(pressure: list[float]) -> list[int]:
 @pytest.mark.parametrize(
     ("stimulus", "per_s"),
     [
-        pytest.param(0.0, 0.01, marks=pytest.mark.sweep),
-        (0.5, 0.11),
+        (0.0, 0.01),
+        pytest.param(0.5, 0.11, marks=pytest.mark.soak),
         pytest.param(1.0, 0.21, marks=pytest.mark.sweep),
     ],
 )

@@ -205,7 +205,7 @@ def test_a_frozen_monitor_shows_what_it_showed() -> None:
 
 @pytest.mark.parametrize(
     "delay_s",
-    [0.01, 20.0, *(pytest.param(one, marks=pytest.mark.sweep) for one in (1.0, 5.0))],
+    [0.01, 20.0, *(pytest.param(one, marks=pytest.mark.soak) for one in (1.0, 5.0))],
 )
 def test_a_late_monitor_shows_what_was(delay_s: float) -> None:
     begin, ticks = 1000, 30_000
