@@ -28,6 +28,7 @@ def files(*folders: str) -> Iterator[Path]:
                 yield path
 
 
+@cache
 def prose(path: Path) -> str:
     """Comments and strings of a module, the text of a page without its code."""
     if path.suffix == ".py":

@@ -1,6 +1,7 @@
 """No test of the first stage waits for the clock of the wall, by itself or by what it imports."""
 
 import ast
+import re
 from functools import cache
 from pathlib import Path
 
@@ -9,13 +10,24 @@ ALLOWED = ("real_time", "soak")
 """A test that sleeps has one of these marks: it runs by itself, or in `make soak`."""
 
 
+IMPORT = re.compile(r"^ *from (tests[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+"""As the formatter of this repository leaves it; to walk every tree takes seconds."""
+
+
+@cache
+def text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
 @cache
 def tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
+    return ast.parse(text(path))
 
 
 def sleeps(path: Path) -> bool:
     """It calls ``time.sleep``, by whichever name."""
+    if "sleep" not in text(path):
+        return False
     for node in ast.walk(tree(path)):
         if isinstance(node, ast.Attribute) and ast.unparse(node) == "time.sleep":
             return True
@@ -24,16 +36,16 @@ def sleeps(path: Path) -> bool:
     return False
 
 
+@cache
 def imported(path: Path) -> set[Path]:
     """Modules of the tests that it uses, and the conftest files that are put before it."""
     found = {
         folder / "conftest.py" for folder in path.parents if TESTS in (folder, *folder.parents)
     }
-    for node in ast.walk(tree(path)):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("tests"):
-            base = TESTS.parent / (node.module or "").replace(".", "/")
-            found.add(base.with_suffix(".py"))
-            found |= {base / f"{one.name}.py" for one in node.names}
+    for module, names in IMPORT.findall(text(path)):
+        base = TESTS.parent / module.replace(".", "/")
+        found.add(base.with_suffix(".py"))
+        found |= {base / f"{name}.py" for name in re.findall(r"\w+", names)}
     return {one for one in found if one.exists()} - {path}
 
 
