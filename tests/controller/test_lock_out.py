@@ -27,6 +27,8 @@ JAMMED = during(Fault.HEAD_JAMMED, 30.0)
 """In the middle of the withdrawal."""
 RESETS_S = np.round(np.arange(60.0, 60.0 + 56.0 * 25.0, 25.0), 1).tolist()
 """56, each once the pull of the one before is over."""
+SOON_S = [*RESETS_S[: MOST_RESETS + 1], *(RESETS_S[MOST_RESETS] + 2.0 * n for n in range(1, 53))]
+"""As many; those that are refused, with no pull to wait for, soon after one another."""
 
 
 def pulls(columns: Columns) -> int:
@@ -48,11 +50,16 @@ def alarmed(columns: Columns, code: Condition) -> np.ndarray[tuple[int, ...], np
     return columns["signals.present"].astype(np.int64) >> int(code) & 1
 
 
-@pytest.mark.sweep
 @pytest.mark.requirement("OS-R43")
-def test_56_resets_on_a_jam_are_three_pulls_more() -> None:
-    buttons = {0.0: START} | dict.fromkeys(RESETS_S, RESET)
-    state, columns = simulate(EXACT, RESETS_S[-1] + 30.0, buttons, JAMMED)
+@pytest.mark.parametrize(
+    "resets_s",
+    [SOON_S, pytest.param(RESETS_S, marks=pytest.mark.soak)],
+    ids=["in minutes", "in 23 minutes"],
+)
+def test_56_resets_on_a_jam_are_three_pulls_more(resets_s: list[float]) -> None:
+    assert len(resets_s) == 56
+    buttons = {0.0: START} | dict.fromkeys(resets_s, RESET)
+    state, columns = simulate(EXACT, resets_s[-1] + 30.0, buttons, JAMMED)
     after = columns["time_s"] > RESETS_S[0] - 1.0
     assert phases(columns).count(Phase.ABORTING) == 1 + MOST_RESETS
     assert pulls(columns) == MOST_RESETS
