@@ -35,7 +35,7 @@ CYCLE = ("cycle", "--machine", "bench", "--compensation", "none")
 @pytest.mark.parametrize(
     ("number", "status", "word"),
     [
-        pytest.param(signal.SIGINT, 130, "interrupted", marks=pytest.mark.sweep),
+        pytest.param(signal.SIGINT, 130, "interrupted", marks=pytest.mark.soak),
         pytest.param(signal.SIGHUP, 129, "terminal closed", marks=pytest.mark.soak),
     ],
 )
