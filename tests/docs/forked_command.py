@@ -25,6 +25,8 @@ from typing import NoReturn
 
 from opensuction.cli import app
 
+ROOT = Path(__file__).resolve().parents[2]
+"""From where this module is found."""
 CALLER = """\
 #!{python} -IS
 import marshal, os, sys
@@ -56,9 +58,8 @@ def folder_of(scratch: Path) -> Iterator[Path]:
     address, program = scratch / "calls", scratch / "opensuction"
     program.write_text(CALLER.format(python=sys.executable, address=str(address)))
     program.chmod(0o755)
-    with subprocess.Popen(
-        [sys.executable, "-m", __name__, str(address)], stdout=subprocess.PIPE
-    ) as process:
+    command = [sys.executable, "-m", __name__, str(address)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         try:
             assert process.stdout.readline() == b"ready\n"

@@ -45,7 +45,7 @@ def test_a_test_is_told_as_the_sentence_that_it_is() -> None:
 def test_a_site_is_of_the_very_files_that_it_was_built_from(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    names = ("docs/page.md", "src/room/module.py", "README.md", "pyproject.toml")
+    names = ("docs/index.md", "src/room/module.py", "README.md", "pyproject.toml")
     for name in (*names, "requirements.lock"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("a")

@@ -179,7 +179,7 @@ class Stepped:
     has_ended = False
 
     def __init__(self) -> None:
-        self.now_ns = 0
+        self.now_ns, self.woken = 0, 0
 
     def monotonic_ns(self) -> int:
         return self.now_ns
@@ -189,11 +189,12 @@ class Stepped:
         return self
 
     def wake(self) -> None:
+        self.woken += 1
         next(self.work, None)
 
 
 def test_a_database_that_is_away_is_asked_now_and_then_and_at_once_before_an_end() -> None:
-    """Each row that was followed wakes the work, 50 times a second."""
+    """However often the work is woken."""
     stepped, asked = Stepped(), []
 
     def refuse(_: str | None) -> Records:
@@ -206,8 +207,69 @@ def test_a_database_that_is_away_is_asked_now_and_then_and_at_once_before_an_end
     for row in range(100):
         stepped.now_ns += 20_000_000
         clerk.reach(row)
+        stepped.wake()
     assert len(asked) == pytest.approx(2.0 / AGAIN_S, abs=2)
     assert min(np.diff(asked)) >= AGAIN_S * NS_PER_S
     stepped.now_ns += 1
     list(clerk.close(0.0))
     assert asked[-1] == stepped.now_ns
+
+
+def test_however_long_a_database_is_away_what_waits_is_what_happened(tmp_path: Path) -> None:
+    """Each row that is followed is one more to be on record, 50 of them a second."""
+    stepped, at = Stepped(), "away"
+
+    def open_records(_: str | None) -> Records:
+        if at == "away":
+            raise RecordsError("nobody answers")
+        return Records.open(str(tmp_path / "records.db"))
+
+    host = THIS_COMPUTER._replace(clock=stepped, begin_worker=stepped.begin)  # type: ignore[arg-type]
+    clerk = DatabaseWriter(None, host, open_records)
+    for entry, rows in ((begun(500), range(2000)), (ended(9000), range(2000, 4000))):
+        clerk.put(entry, CONTEXT)
+        for row in rows:
+            clerk.reach(row)
+    assert stepped.woken == 4  # two entries, and a row behind each
+    assert (clerk.stored, clerk.is_idle) == (0, False)
+    at = "back"
+    stepped.now_ns = NS_PER_S
+    stepped.wake()
+    assert (clerk.stored, clerk.is_idle) == (3999, True)
+    list(clerk.close(0.0))
+
+
+def test_a_row_is_not_on_record_before_the_entry_that_it_is_behind() -> None:
+    stepped, refused = Stepped(), [begun(500)]
+    seen = []
+
+    class Recorded:
+        def unfinished_cycles(self) -> list[object]:
+            seen.append(clerk.stored)
+            if len(seen) > 1:
+                raise RecordsError("away again")
+            return []
+
+        def begin_cycle(self, *_: object) -> str:
+            return "cycle"
+
+    host = THIS_COMPUTER._replace(clock=stepped, begin_worker=stepped.begin)  # type: ignore[arg-type]
+    at = ["away"]
+
+    def open_records(_: str | None) -> Records:
+        if at:
+            raise RecordsError("nobody answers")
+        return Recorded()  # type: ignore[return-value]
+
+    clerk = DatabaseWriter(None, host, open_records)
+    clerk.put(refused[0], CONTEXT)
+    clerk.reach(7)
+    clerk.reach(8)
+    clerk.put(begun(12_000), CONTEXT)
+    clerk.reach(9)
+    clerk.reach(10)
+    at.clear()
+    stepped.now_ns = NS_PER_S
+    stepped.wake()
+    assert seen == [0, 8]
+    assert clerk.stored == 8

@@ -43,6 +43,32 @@ class Context(NamedTuple):
     settings_hash: str
 
 
+class _Reach:
+    """A row until which everything was handed over, which moves on until it is its turn.
+
+    A machine hands one over 50 times a second, for as long as a database may be away.
+    """
+
+    def __init__(self, followed: int, row: int, reached: Callable[[int, int], None]) -> None:
+        self._followed, self._row, self._reached = followed, row, reached
+        self._is_taken = False
+
+    def move(self, followed: int, row: int) -> bool:
+        """Reach to this row; false where that may come too late, or for another controller.
+
+        Called where this is the last that was handed over: the row is right however late it is
+        taken.
+        """
+        if followed != self._followed:
+            return False
+        self._row = row
+        return not self._is_taken
+
+    def __call__(self, _: Records) -> None:
+        self._is_taken = True  # first: a row that comes from now on is handed over anew
+        self._reached(self._followed, self._row)
+
+
 class DatabaseWriter:
     """Stores entries in their order."""
 
@@ -106,11 +132,11 @@ class DatabaseWriter:
 
     def reach(self, row: int) -> None:
         """Everything until this row has been handed over."""
-        followed = self._followed
-        if self._tasks:
-            self._hand(lambda _: self._reached(followed, row))
-        else:
+        last = self._last()
+        if last is None:
             self.stored = row
+        elif not (isinstance(last, _Reach) and last.move(self._followed, row)):
+            self._hand(_Reach(self._followed, row, self._reached))
 
     def _reached(self, followed: int, row: int) -> None:
         """Everything until this row is on record; of a controller before nobody asks any more."""
@@ -148,6 +174,13 @@ class DatabaseWriter:
         while not self._worker.has_ended and clock.monotonic_ns() < ends_ns:
             yield after(clock, LOOKS_S)
         return not self._tasks
+
+    def _last(self) -> Task | None:
+        """The last that is left to do; None where nothing is."""
+        try:
+            return self._tasks[-1]
+        except IndexError:
+            return None
 
     def _hand(self, task: Task) -> None:
         self._tasks.append(task)

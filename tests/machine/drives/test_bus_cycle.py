@@ -86,7 +86,7 @@ def test_a_cycle_by_table_i_goes_over_the_bus_as_in_one_process(tmp_path: Path) 
 @pytest.mark.sweep
 @pytest.mark.parametrize(
     ("choice", "period"),
-    [(TABLE_I, 2), (TABLE_II, 4), (TABLE_II, 2)],
+    [(TABLE_I, 2), (TABLE_II, 4), pytest.param(TABLE_II, 2, marks=pytest.mark.soak)],
     ids=["travel at 500 Hz", "contact at 250 Hz", "contact at 500 Hz"],
 )
 def test_the_papers_cycles_go_over_the_bus_at_either_rate(
@@ -105,9 +105,14 @@ def test_a_drive_has_its_torque_while_it_gains_speed(tmp_path: Path) -> None:
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize("period", [4, 2])
 @pytest.mark.parametrize(
-    ("patient", "approach"), [("neonate", "travel"), ("adult-icu", "contact")], ids=str
+    ("patient", "approach", "period"),
+    [
+        ("neonate", "travel", 2),
+        ("adult-icu", "contact", 4),
+        pytest.param("neonate", "travel", 4, marks=pytest.mark.soak),
+        pytest.param("adult-icu", "contact", 2, marks=pytest.mark.soak),
+    ],
 )
 def test_a_cycle_on_a_patient_goes_over_the_bus(
     tmp_path: Path, patient: str, approach: str, period: int
@@ -116,7 +121,7 @@ def test_a_cycle_on_a_patient_goes_over_the_bus(
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize("period", [4, 2])
+@pytest.mark.parametrize("period", [pytest.param(4, marks=pytest.mark.soak), 2])
 def test_a_bus_that_is_noisy_within_its_tolerance_trips_nothing(
     tmp_path: Path, period: int
 ) -> None:

@@ -173,7 +173,7 @@ def device(period_ms: int) -> Device:
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize("period_ms", [4, 2])
+@pytest.mark.parametrize("period_ms", [pytest.param(4, marks=pytest.mark.soak), 2])
 def test_a_cycle_over_the_bus_is_the_cycle_without(period_ms: int) -> None:
     bench = DrivenBench(device(period_ms))
     found, expected = over_the_bus(bench), in_process(period_ms)
@@ -184,7 +184,7 @@ def test_a_cycle_over_the_bus_is_the_cycle_without(period_ms: int) -> None:
     assert max(found.tip_mm) == pytest.approx(max(expected.tip_mm), abs=0.05)
 
 
-@pytest.mark.sweep
+@pytest.mark.soak  # `test_bus_cycle.py` has a controller before a noisy bus
 def test_a_cycle_over_a_noisy_bus_trips_nothing() -> None:
     bench = DrivenBench(wire=noisy)
     found = over_the_bus(bench)
