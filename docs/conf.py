@@ -9,15 +9,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from docs.generator.notebook_page import UNCOMPILED, kept_page
-from docs.generator.site_text import (
-    ROOT_PAGES,
-    STAMP,
-    digest,
-    moved,
-    tag_links,
-    tags,
-    told_tests,
-)
+from docs.generator.site_text import ROOT_PAGES, moved, tag_links, tags, told_tests
 
 os.environ[UNCOMPILED] = "1"  # autodoc reads functions, not their compiled form
 # A style of code switches every library's messages on as it is loaded.
@@ -69,18 +61,7 @@ def tidy(*arguments: Any) -> None:
     lines[:] = [re.sub(r"(?<=\w)_(?!\w)", r"\\_", line) for line in told]
 
 
-def begin(site: Sphinx, env: Any, pages: list[str]) -> None:
-    """Note what is built, if it is the whole: a part tells nothing of warnings of the rest."""
-    stamp = Path(site.outdir) / STAMP
-    if pages:
-        stamp.unlink(missing_ok=True)
-    if set(pages) == env.found_docs:
-        built_from = digest()
-        site.connect("build-finished", lambda *_: stamp.write_text(built_from, encoding="utf-8"))
-
-
 def setup(site: Sphinx) -> None:
     """Called by Sphinx."""
     site.connect("source-read", complete)
     site.connect("autodoc-process-docstring", tidy)
-    site.connect("env-before-read-docs", begin)

@@ -1,13 +1,8 @@
 """Text that the site adds to a file: links of root pages adapted to their place, links of tags."""
 
-import hashlib
 import re
-from pathlib import Path
 from posixpath import dirname, normpath, relpath
 
-ROOT = Path(__file__).resolve().parents[2]
-STAMP = ".sources"
-"""File of a site that was built as a whole: `digest` of what it was built from."""
 ROOT_PAGES = {
     "explanations/architecture": "ARCHITECTURE.md",
     "reference/changelog": "CHANGELOG.md",
@@ -18,17 +13,6 @@ LINK = re.compile(r"\]\((?!https?:|#)([^)\s#]+)([^)\s]*)\)")
 TEST = re.compile(r"`tests/(?:\w+/)*(\w+/\w+\.py)::(?:test_)?(\w+)`")
 """A test as pages name it: ``tests/safety/test_tip_bound.py::test_a_cap_holds``."""
 TAG_HEADING = re.compile(r"^### (\S+)$", re.MULTILINE)
-
-
-def digest() -> str:
-    """Of all that a site is made from: pages, what their signatures come from, settings."""
-    read = [*(ROOT / "docs").rglob("*"), *(ROOT / "src").rglob("*.py"), *ROOT.glob("*.md")]
-    read += [ROOT / "pyproject.toml", ROOT / "requirements.lock"]
-    found = hashlib.sha256()
-    for path in sorted(one for one in read if one.is_file() and one.suffix != ".pyc"):
-        found.update(f"{path.relative_to(ROOT)} {path.stat().st_size}\n".encode())
-        found.update(path.read_bytes())
-    return found.hexdigest()
 
 
 def moved(text: str, page: str) -> str:

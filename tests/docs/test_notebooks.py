@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -47,8 +48,12 @@ def test_a_cell_that_fails_is_found_out_with_its_place() -> None:
     assert str(failed.traceback[-1].path) == "a notebook, cell 3"
 
 
+def written(notebook: Path, *cells: dict[str, Any]) -> Path:
+    notebook.write_text(json.dumps({"cells": cells}), "utf-8")
+    return notebook
+
+
 def test_a_page_has_each_cell_and_what_it_gives(tmp_path: Path) -> None:
-    notebook = tmp_path / "short.ipynb"
     drawing = "class Drawing:\n    def _repr_svg_(self):\n        return '<svg></svg>'\n"
     cells = [
         {"cell_type": "markdown", "source": ["# Short"]},
@@ -56,7 +61,7 @@ def test_a_page_has_each_cell_and_what_it_gives(tmp_path: Path) -> None:
         {"cell_type": "code", "source": [drawing, "Drawing()"]},
         {"cell_type": "code", "source": ["x = 1"]},
     ]
-    notebook.write_text(json.dumps({"cells": cells}), "utf-8")
+    notebook = written(tmp_path / "short.ipynb", *cells)
     fence = "`" * 7
     assert notebook_page.page(notebook) == "\n\n".join(
         [
@@ -69,3 +74,25 @@ def test_a_page_has_each_cell_and_what_it_gives(tmp_path: Path) -> None:
             f"{fence}python\nx = 1\n{fence}\n",
         ]
     )
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A notebook of which the page is kept."""
+    monkeypatch.setattr(notebook_page, "KEPT", tmp_path / "kept")
+    notebook = written(tmp_path / "short.ipynb", {"cell_type": "code", "source": ["2 * 3"]})
+    assert "\n6\n" in notebook_page.kept_page(notebook)
+    return notebook
+
+
+def test_a_kept_page_is_not_that_of_a_notebook_that_has_changed(kept: Path) -> None:
+    written(kept, {"cell_type": "code", "source": ["2 * 4"]})
+    page = notebook_page.kept_page(kept)
+    assert "\n8\n" in page
+    assert "\n6\n" not in page
+
+
+def test_a_notebook_that_was_removed_has_no_page(kept: Path) -> None:
+    kept.unlink()
+    with pytest.raises(RuntimeError, match=kept.name):
+        notebook_page.kept_page(kept)

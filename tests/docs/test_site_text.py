@@ -1,5 +1,3 @@
-from pathlib import Path
-
 import pytest
 
 from docs.generator import site_text
@@ -40,20 +38,3 @@ def test_a_test_is_told_as_the_sentence_that_it_is() -> None:
     page = "no `tests/a.py`, but `tests/twin/machine/test_valve.py::test_the_seal_holds`, `a::b`"
     told = "no `tests/a.py`, but *the seal holds* (`machine/test_valve.py`), `a::b`"
     assert site_text.told_tests(page) == told
-
-
-def test_a_site_is_of_the_very_files_that_it_was_built_from(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    names = ("docs/index.md", "src/room/module.py", "README.md", "pyproject.toml")
-    for name in (*names, "requirements.lock"):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text("a")
-    monkeypatch.setattr(site_text, "ROOT", tmp_path)
-    found = {site_text.digest()}
-    (tmp_path / "report.xml").write_text("of no page")
-    assert site_text.digest() in found
-    for name in names:
-        (tmp_path / name).write_text("b")
-        found.add(site_text.digest())
-    assert len(found) == 1 + len(names)
