@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.control import backlash_inverse, motion_profile
-from opensuction.control.backlash_inverse import AT_REST
+from opensuction.control.backlash_inverse import AT_REST, HeadState
 from opensuction.control.motion_profile import Profile
 from opensuction.evidence.paper.claim import ARITHMETIC, COMPUTED, PaperClaim
 from opensuction.hysteresis import modified_dahl, play
@@ -22,6 +22,7 @@ from opensuction.hysteresis.modified_dahl import (
     reversal_slope,
     saturation_mm,
 )
+from opensuction.kernel.compiled import compiled
 from opensuction.report.sheet import Curve, Plot, Section
 from opensuction.simulation.closed_loop import DT_S
 
@@ -91,14 +92,22 @@ def printed_commands(
 
     The lag starts saturated by a preceding retract, the head at u(0).
     """
-    lag = float(saturation_mm(model))
-    head = (float(reference_mm[0]) - lag - model.offset_mm) / model.slope
-    state = AT_REST._replace(head_mm=head, lag_mm=lag)
-    rows = np.empty((reference_mm.size, 2))
-    for i, wanted in enumerate(reference_mm.tolist()):
-        state = backlash_inverse.direct_step(model, state, wanted, DT_S)
-        rows[i] = state.head_mm, state.lag_mm
+    rows = _printed_rows(model, reference_mm, AT_REST)
     return rows[:, 0], rows[:, 1]
+
+
+@compiled
+def _printed_rows(model: ModifiedDahl, reference_mm: Values, state: HeadState) -> Values:
+    """Head command and lag, shape (n, 2). state: what else a head remembers."""
+    lag = saturation_mm(model)
+    head = (reference_mm[0] - lag - model.offset_mm) / model.slope
+    state = state._replace(head_mm=head, lag_mm=lag)
+    rows = np.empty((reference_mm.size, 2))
+    for i in range(reference_mm.size):
+        state = backlash_inverse.direct_step(model, state, reference_mm[i], DT_S)
+        rows[i, 0] = state.head_mm
+        rows[i, 1] = state.lag_mm
+    return rows
 
 
 def claims(found: Reversal, jump_mm: float) -> list[PaperClaim]:
