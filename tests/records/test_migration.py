@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import CheckConstraint, inspect, text
 
 from opensuction.kernel import private_file
@@ -284,3 +285,11 @@ def test_a_folder_with_any_letters_in_its_name_will_do(tmp_path: Path) -> None:
     assert connection.execute("SELECT count(*) FROM cycle").fetchone() == (1,)
     connection.close()
     assert file.stat().st_mode & 0o077 == 0, "nobody else may read it"
+
+
+def test_versions_are_in_the_order_in_which_alembic_takes_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    step(monkeypatch, "next_version")
+    scripts = ScriptDirectory.from_config(upgrade._configure(upgrade.STEPS))
+    assert upgrade.list_versions() == [one.revision for one in scripts.walk_revisions()][::-1]

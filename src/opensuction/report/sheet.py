@@ -7,14 +7,16 @@ Rendering of all HTML pages of the project: templates, styles and scripts in one
 
 from functools import cache
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jinja2
 import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
 from opensuction.report import ending, notice, series, wording
+
+if TYPE_CHECKING:
+    import jinja2
 
 ROOM = "opensuction.report"
 
@@ -25,8 +27,10 @@ def read(*path: str) -> str:
 
 
 @cache
-def _environment() -> jinja2.Environment:
+def _environment() -> "jinja2.Environment":
     """Templates that this process has used stay compiled."""
+    import jinja2
+
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: read("template", name)),
         autoescape=True,
