@@ -47,6 +47,32 @@ def test_to_import_it_loads_nothing_heavy() -> None:
     assert not loaded & {"numba", "numpy", "scipy", "pydantic", "rich", "opensuction.kernel"}
 
 
+FIRST_FIT = """
+import sys
+import numpy as np
+import opensuction
+
+x = np.cumsum(np.sin(np.arange(400) / 20.0))
+lag = np.concatenate([[0.0], np.cumsum(np.diff(x) * np.exp(-0.1 * np.abs(np.diff(x))))])
+opensuction.identify(x, lag + 0.3 * np.sign(np.gradient(x)), model="modified-dahl")
+print(*sorted(sys.modules))
+"""
+
+
+def test_a_first_fit_loads_neither_scipy_nor_the_compiler() -> None:
+    # The first process may have to compile; what the second one needs is there then.
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", FIRST_FIT], capture_output=True, text=True, check=True
+        )
+    loaded = set(done.stdout.split())
+    assert "opensuction.identification.workbench" in loaded
+    heavy = {"linalg", "optimize", "signal", "sparse", "special", "stats"}
+    assert not loaded & {f"scipy.{name}" for name in heavy}
+    # What numba can compile: to run machine code that is there it is not asked.
+    assert not loaded & {"numba.np.arraymath", "numba.np.linalg", "numba.typed.typeddict"}
+
+
 def test_a_person_who_looks_sees_every_name() -> None:
     assert set(opensuction.__all__) <= set(dir(opensuction))
 

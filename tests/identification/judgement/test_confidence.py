@@ -1,15 +1,19 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
+from scipy.special import stdtrit
 
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM as FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import ranges_of
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
 from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.linear import jacobian
+from opensuction.identification.judgement import confidence
 from opensuction.identification.judgement.confidence import estimate_spread
 from tests.identification.plant import cosine, noise
 
@@ -180,3 +184,24 @@ def test_dependent_columns_and_exact_fits_are_told_apart() -> None:
     assert estimate_spread(np.stack([one, one**2]), np.zeros(50)).half_widths == pytest.approx(
         [0.0, 0.0]
     )
+
+
+@pytest.mark.parametrize("correlation", [-0.9, 0.0, 0.3, confidence.STRONGEST])
+def test_noise_is_summed_as_scipys_filters_do_to_the_last_digit(correlation: float) -> None:
+    columns, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(400, 5)))
+
+    def both_ways(zeros: list[float], poles: list[float]) -> tuple[Any, Any]:
+        forth = lfilter(zeros, poles, columns, axis=0)
+        return forth, lfilter(zeros, poles, columns[::-1], axis=0)[::-1]
+
+    forth, back = both_ways([1.0], [1.0, -correlation])
+    found = confidence._noise_product(columns, correlation)
+    np.testing.assert_array_equal(found, forth + back - columns)
+    forth, back = both_ways([0.0, 1.0], [1.0, -2.0 * correlation, correlation * correlation])
+    np.testing.assert_array_equal(confidence._noise_slope(columns, correlation), forth + back)
+
+
+def test_quantiles_are_those_of_student() -> None:
+    freedom = np.array([2.0, 2.1, 3.0, 5.0, 10.0, 33.3, 100.0, 1e3, 1e4, 1e5])
+    there = stdtrit(freedom, 0.975)
+    np.testing.assert_allclose(confidence._quantiles(freedom), there, rtol=1e-9)

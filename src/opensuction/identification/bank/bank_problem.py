@@ -23,12 +23,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from opensuction.hysteresis.bank import play_bank
 from opensuction.hysteresis.bank.play_bank import PlayBank
 from opensuction.identification import record
 from opensuction.identification.record import Folds, Scores
+from opensuction.identification.single_thread import load
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 
@@ -99,7 +99,7 @@ def solve_bounded(gram: Gram, right: Array, bounded: Mask, start: Mask | None = 
 
 def _solve_free(square: Array, right: Array) -> Array:
     """Factors that are free; the square, symmetric, is overwritten."""
-    _, found, failed = lapack.dposv(square.T, right, overwrite_a=True)
+    _, found, failed = load("scipy.linalg").lapack.dposv(square.T, right, overwrite_a=True)
     if failed:
         raise InputError(
             f"weights were not found in {right.size} columns (not definite); record more varied "

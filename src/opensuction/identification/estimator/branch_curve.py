@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
 
 from opensuction.control.backlash_inverse import Curves
 from opensuction.hysteresis import play
+from opensuction.identification.extremum import find_minimum
 from opensuction.identification.record import read_pair
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
@@ -60,17 +60,13 @@ def fit_parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
         rest = tip - gain * moved - offset
         return float(rest @ rest), gain, offset
 
-    found = minimize_scalar(
-        lambda width_mm: line(width_mm)[0],
-        bounds=(0.0, WIDEST_SHARE * range_mm),
-        method="bounded",
-    )
-    _, gain, offset_mm = line(float(found.x))
+    found = find_minimum(lambda width_mm: line(width_mm)[0], 0.0, WIDEST_SHARE * range_mm)
+    _, gain, offset_mm = line(found.place)
     if not gain > 0.0:
         raise InputError("tip_mm: does not follow head_mm; negate one of them")
     first_mm, spacing_mm = float(tip.min()), float(np.ptp(tip))
     heads = (first_mm + np.array([0.0, spacing_mm]) - offset_mm) / gain
-    half_mm = 0.5 * float(found.x)
+    half_mm = 0.5 * found.place
     return Curves(first_mm, spacing_mm, heads + half_mm, heads - half_mm)
 
 

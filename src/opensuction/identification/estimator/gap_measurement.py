@@ -23,13 +23,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.bank import play_lines
 from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.identification.extremum import find_root
 from opensuction.identification.record import find_turns, read_pair
 from opensuction.safety.limits import GAP_LEAST, GAP_MOST
 
@@ -194,7 +194,7 @@ def estimate(tip_mm: TipModel, seen: Passage, mouth_mm: float) -> Shift | Missed
     if beyond.size == 0:
         return Missed.UNEXPLAINED
     first = int(beyond[0])
-    scale = float(brentq(apart_mm, SCALES[first - 1], SCALES[first]))
+    scale = find_root(apart_mm, float(SCALES[first - 1]), float(SCALES[first]))
     both = [tip_mm(scale, way) for way in (seen.inwards_mm, seen.outwards_mm)]
     return Shift(scale, mouth_mm - 0.5 * sum(both))
 
@@ -296,4 +296,4 @@ def estimate_scale(model: PrandtlIshlinskii, seen: ContactEpisode, limits: Scale
     widest = seen.travel_mm / float(widths[widths > 0.0].min())
     if missing_mm(widest) >= 0.0:
         return widest
-    return float(brentq(missing_mm, 0.0, widest))
+    return find_root(missing_mm, 0.0, widest)

@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
 
 from opensuction.hysteresis.catalogue.hysteresis_model import Ranges, VectorForm
 from opensuction.identification import record
 from opensuction.identification.record import Folds, Scores
+from opensuction.identification.single_thread import load
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -195,7 +195,7 @@ def solve_nonnegative(gram: Array, right: Array) -> Array:
     try:
         triangle = np.linalg.cholesky(scaled + JITTER * right.size * np.eye(right.size)).T
         aim = np.linalg.solve(triangle.T, right / lengths)
-        found = nnls(triangle, aim, maxiter=50 * right.size)[0]
+        found = load("scipy.optimize").nnls(triangle, aim, maxiter=50 * right.size)[0]
     except (np.linalg.LinAlgError, RuntimeError) as failed:
         raise InputError(
             f"weights of at least 0 were not found in {right.size} columns ({failed}); "

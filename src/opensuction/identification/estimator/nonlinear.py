@@ -13,7 +13,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares, minimize_scalar
 
 from opensuction.hysteresis import bouc_wen
 from opensuction.hysteresis.bouc_wen import BoucWen
@@ -22,7 +21,9 @@ from opensuction.hysteresis.catalogue.hysteresis_model import BRIEFEST, LONGEST,
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
 from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.linear import solve_least_squares, squares
+from opensuction.identification.extremum import find_minimum
 from opensuction.identification.record import check_motion, thin
+from opensuction.identification.single_thread import load
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 
@@ -151,23 +152,18 @@ def fit_dahl(input_: Array, output: Array, names: Names = NAMES) -> NonlinearFit
     heights = [projected(float(point), *short)[0] for point in grid]
     least = int(np.argmin(heights))
     valley = (float(grid[max(least - 1, 0)]), float(grid[min(least + 1, GRID_POINTS - 1)]))
-    found = minimize_scalar(
-        lambda point: projected(float(point), input_, output)[0],
-        bounds=valley,
-        method="bounded",
-        options={"xatol": 1e-8},
-    )
-    _, vector = projected(float(found.x), input_, output)
+    found = find_minimum(lambda point: projected(point, input_, output)[0], *valley, width=1e-8)
+    _, vector = projected(found.place, input_, output)
     if not vector[0] > 0.0:
         raise InputError(
             f"{names[1]}: turns against {names[0]} (stiffness {vector[0]:.4g}), should follow it; "
             "negate one of them"
         )
-    if abs(float(found.x) - grid[0]) < NEAR:
+    if abs(found.place - grid[0]) < NEAR:
         return NonlinearFit(vector, determined=True, at_limit=("stiffness",))
-    if abs(float(found.x) - grid[-1]) < NEAR:
+    if abs(found.place - grid[-1]) < NEAR:
         return NonlinearFit(vector, determined=True, at_limit=("limit",))
-    bottom = projected(float(found.x), *short)[0]
+    bottom = projected(found.place, *short)[0]
     rise = modified_dahl.least_rise(short[0].size)
     determined = min(heights[0], heights[-1]) > (1.0 + rise) * bottom
     return NonlinearFit(vector, determined)
@@ -198,7 +194,7 @@ def _solve_line(place: Array, shares: Array, target: Array) -> tuple[Array, Arra
 def _polish_bouc_wen(start: Array, limits: Array, pair: tuple[Array, Array]) -> Array:
     """The place at the bottom of the valley that a place lies in. pair: as `_solve_line`."""
     margin = 1e-9 * (limits[:, 1] - limits[:, 0])
-    found = least_squares(
+    found = load("scipy.optimize").least_squares(
         lambda place: _solve_line(place, *pair)[1],
         np.clip(start, limits[:, 0] + margin, limits[:, 1] - margin),
         bounds=limits.T,

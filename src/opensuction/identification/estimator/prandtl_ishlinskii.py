@@ -18,8 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as model_of
@@ -27,6 +25,7 @@ from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification import record
 from opensuction.identification.record import Folds, Scores, find_turns, read_pair
+from opensuction.identification.single_thread import load
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
@@ -192,10 +191,11 @@ def _solve_normal(
     size, lengths = len(gram), np.sqrt(np.maximum(np.diag(gram), np.finfo(np.float64).tiny))
     alike, right_side = gram / np.outer(lengths, lengths), right_side / lengths
     # Columns that cannot be told apart share what is theirs, instead of having no solution.
-    lower = cholesky(alike + ROUNDING * np.eye(size), lower=True, check_finite=False)
-    found, _ = nnls(
+    linalg = load("scipy.linalg")
+    lower = linalg.cholesky(alike + ROUNDING * np.eye(size), lower=True, check_finite=False)
+    found, _ = load("scipy.optimize").nnls(
         np.hstack([lower.T, -lower.T[:, count - 1 :]]),
-        solve_triangular(lower, right_side, lower=True, check_finite=False),
+        linalg.solve_triangular(lower, right_side, lower=True, check_finite=False),
     )
     factors = found[:size]
     factors[count - 1 :] -= found[size:]

@@ -10,10 +10,10 @@ import random
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import differential_evolution, minimize
 
 from opensuction.hysteresis.catalogue.hysteresis_model import VectorForm, ranges_of
 from opensuction.identification.estimator.linear import squares
+from opensuction.identification.single_thread import load
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 
@@ -90,7 +90,8 @@ def genetic_algorithm(cost: Cost, places: int, seed: int = SEED) -> Array:
 def evolution(cost: Cost, places: int, seed: int = SEED) -> Array:
     """Best vector in the unit cube that scipy's differential evolution finds, unpolished."""
     box = [(0.0, 1.0)] * places
-    found = differential_evolution(cost, box, seed=seed, tol=TOLERANCE, polish=False)
+    optimize = load("scipy.optimize")
+    found = optimize.differential_evolution(cost, box, seed=seed, tol=TOLERANCE, polish=False)
     return np.asarray(found.x)
 
 
@@ -133,7 +134,8 @@ def search(method: str, form: VectorForm, input_: Array, output: Array, seed: in
         "maxiter": SIMPLEX_STEPS,
         "maxfev": SIMPLEX_STEPS,
     }
-    found = vector(np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x))
+    least = load("scipy.optimize").minimize(cost, start, method="Nelder-Mead", options=options)
+    found = vector(np.asarray(least.x))
     names = [parameter.name for parameter in form.parameters]
     if "slope" in names:
         found[names.index("offset")] -= found[names.index("slope")] * middle[0]

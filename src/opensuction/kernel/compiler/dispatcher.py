@@ -26,6 +26,7 @@ from numba.core.compiler import Flags, _make_subtarget, compile_result
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import Environment
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 from numba.core.targetconfig import ConfigStack
 
 from opensuction.kernel.compiler import compilation
@@ -138,8 +139,6 @@ class CoreFunction(CPUDispatcher):
             if found is None:
                 if not self._can_compile:
                     raise RuntimeError("compilation disabled")
-                self.typingctx.refresh()
-                self.targetctx.refresh()
                 found = self._load(sig) or self._build(sig, tuple(args))
                 self.add_overload(found)
             return found.entry_point
@@ -155,7 +154,11 @@ class CoreFunction(CPUDispatcher):
             finally:
                 setattr(config, CACHE_SETTING, previous)
         try:
-            found = self._cache.load_overload(sig, self.targetctx)
+            # Not `load_overload`: to link what is ready it would load all that numba can compile,
+            # which takes longer than numba itself. Machine code needs its run-time part alone.
+            rtsys.initialize(self.targetctx)
+            with self._cache._guard_against_spurious_io_errors():
+                found = self._cache._load_overload(sig, self.targetctx)
         except Exception:  # whatever pickle makes of a damaged file
             self._cache.flush()  # it is made anew
             found = None
@@ -165,6 +168,8 @@ class CoreFunction(CPUDispatcher):
     def _build(self, sig: Any, args: tuple[Any, ...]) -> Any:
         """A root that is not in the cache; put there, with what was translated for it."""
         with compilation.report(self.py_func):
+            self.typingctx.refresh()
+            self.targetctx.refresh()
             if self._store:
                 self._store.read()
             root = self._link(self.translate(args))

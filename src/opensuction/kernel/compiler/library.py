@@ -31,6 +31,10 @@ from opensuction.kernel.compiler import compilation
 ENVIRONMENT_PREFIX = "_ZN08NumbaEnv"
 """Names of the variables by which compiled code finds the globals of its Python function."""
 
+HASH_PREFIX = "_numba_hashsecret_"
+"""Names of what numba defines only when all that it can compile is loaded: machine code that is
+loaded from the cache would not find it."""
+
 INNER_LEVEL = 1
 """LLVM's level for a function by itself. It makes the code small before it is linked; what level 3
 adds is done in the root in any case."""
@@ -166,8 +170,13 @@ class RootLibrary(JITCodeLibrary):
             config.SLP_VECTORIZE = others
 
     def finalize(self) -> None:
-        """Link, optimise, make machine code."""
+        """Link, optimise, make machine code.
+
+        Raises NotImplementedError for code that a later process could not load.
+        """
         super().finalize()
+        if any(one.name.startswith(HASH_PREFIX) for one in self._final_module.global_variables):
+            raise NotImplementedError(f"{self.name} hashes text or bytes, which the core does not")
         for environment in environments(self._final_module):
             self._codegen.set_env(environment.env_name, environment)
 

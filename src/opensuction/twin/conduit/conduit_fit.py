@@ -10,8 +10,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag
-from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
 from opensuction.kernel.record import Array
@@ -95,6 +93,8 @@ def _columns(start: RecordedConduit, head_mm: Array, past: float) -> Array:
 
 def _penalties(start: RecordedConduit, centred: Array) -> Array:
     """Rows of the least-squares problem that hold gains back and neighbours together."""
+    from scipy.linalg import block_diag
+
     deviations = centred.std(axis=0)
     deviations += 1e-3 * deviations.max()  # a cell that nothing passes stays at 0
     counts = [_cells(start, row) for row in range(start.gains.shape[0])]
@@ -104,6 +104,8 @@ def _penalties(start: RecordedConduit, centred: Array) -> Array:
 
 
 def _fit_after(start: RecordedConduit, head_mm: Array, tip_mm: Array, past: float) -> FittedConduit:
+    from scipy.optimize import nnls
+
     columns = _columns(start, head_mm, past)
     means = columns.mean(axis=0)
     penalties = _penalties(start, columns - means)
