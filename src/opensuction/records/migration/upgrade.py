@@ -102,7 +102,7 @@ def find_version(connection: Connection, shown: str) -> str | None:
     version = None
     if VERSION_TABLE in tables:
         named = connection.execute(text(f"SELECT version_num FROM {VERSION_TABLE}")).scalars().all()
-        version = named[0] if len(named) == 1 else None
+        version = str(named[0]) if len(named) == 1 else None
     if version is None or schema.audit.name not in tables:
         some = ", ".join(sorted(tables)[:3])
         raise refused(
