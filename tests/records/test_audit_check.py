@@ -21,7 +21,7 @@ from opensuction.records.trail import chain
 from opensuction.records.trail.chain import BEGINNING, to_canonical
 from tests.cli.command import opensuction
 from tests.records import recorded
-from tests.records.conftest import KINDS, NewDatabases, on_both
+from tests.records.conftest import KINDS, NewDatabases, ReusedDatabases, on_both
 from tests.records.example import (
     COMPLETED,
     MACHINE,
@@ -63,21 +63,24 @@ def filled_file(
 
 
 @pytest.fixture(scope="module")
-def filled_database(recordings: Path, copies: NewDatabases, postgresql_template: str) -> str:
-    """Its name."""
+def filled_databases(
+    recordings: Path, copies: NewDatabases, postgresql_template: str
+) -> ReusedDatabases:
     url = copies(postgresql_template)
     fill_all(url, recordings)
-    return str(make_url(url).database)
+    return ReusedDatabases(copies, str(make_url(url).database))
 
 
 @pytest.fixture(params=KINDS)
-def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+def url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """Of a database that is filled, a copy for each test."""
     if request.param == "sqlite":
-        return str(shutil.copy(request.getfixturevalue("filled_file"), tmp_path / "records.db"))
-    new_databases = request.getfixturevalue("new_databases")
-    found: str = new_databases(request.getfixturevalue("filled_database"))
-    return found
+        yield str(shutil.copy(request.getfixturevalue("filled_file"), tmp_path / "records.db"))
+        return
+    databases: ReusedDatabases = request.getfixturevalue("filled_databases")
+    found = databases.take()
+    yield found
+    databases.give_back(found)
 
 
 @pytest.fixture
