@@ -59,7 +59,7 @@ def _interpolate(
 
 
 class Minimum(NamedTuple):
-    """Where a function of one variable is least, and its value there."""
+    """Place at which a function of one variable is least, and its value there."""
 
     place: float
     value: float
@@ -150,7 +150,7 @@ def find_minimum(function: Function, low: float, high: float, width: float = 1e-
 
 
 class Lowest(NamedTuple):
-    """Where a function of several variables is least, and its value there."""
+    """Place at which a function of several variables is least, and its value there."""
 
     place: Array
     value: float
