@@ -1,14 +1,18 @@
 """Shared fixtures: components of the system, a browser, settings of Hypothesis.
 
-Also saves time where several processes share the tests: each root is compiled by one of them.
+Also saves time where several processes share the tests: each root is compiled by one of them. And
+memory: what a file has kept for its tests goes with its last test.
 """
 
+import ctypes
 import fcntl
 import gc
 import hashlib
 import os
+import resource
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +67,9 @@ settings.load_profile(os.environ.get("OPENSUCTION_HYPOTHESIS", "suite"))
 gc.set_threshold(50_000, 20, 50)
 
 
+GROWN_MB = 100.0
+"""By which a process has grown when it looks for what it no longer needs: that takes a second."""
+
 ORDER = (
     "tests/evidence/paper/test_paper_figures.py",  # the closed loop is compiled, all kinds of it
     "src/",
@@ -101,6 +108,45 @@ def pytest_collection_finish() -> None:
     gc.freeze()  # the tests themselves live until the end
 
 
+def _resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * resource.getpagesize() / 2**20
+
+
+class Memory:
+    """What this process holds."""
+
+    least_mb = 0.0
+    """After the last look."""
+
+    @classmethod
+    def give_back(cls) -> None:
+        """Let go what nobody refers to, if it has become much.
+
+        By itself the C library keeps what a compilation needed, for some allocation to come.
+        """
+        if _resident_mb() < cls.least_mb + GROWN_MB:
+            return
+        gc.collect()
+        with suppress(AttributeError):  # another C library
+            ctypes.CDLL(None).malloc_trim(0)
+        cls.least_mb = _resident_mb()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(
+    item: pytest.Item, nextitem: pytest.Item | None
+) -> Generator[None, None, None]:
+    """With the last test of a file goes what its functions have kept: nobody asks for it again."""
+    yield
+    if nextitem is None or nextitem.path != item.path:
+        names: dict[str, Any] = vars(item.module) if isinstance(item, pytest.Function) else {}
+        for one in names.values():
+            if hasattr(one, "cache_clear") and one.__module__ == names["__name__"]:
+                one.cache_clear()
+        Memory.give_back()
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Of the processes that share these tests one compiles a root; the others wait, and load it."""
@@ -115,7 +161,11 @@ def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         name = hashlib.sha256(function.encode()).hexdigest()[:16]
         with (folder / f"{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            return root._load(sig) or build(root, sig, args)
+            found = root._load(sig)
+            if found is None:
+                found = build(root, sig, args)
+                Memory.give_back()
+            return found
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(CoreFunction, "_build", build_or_load)
