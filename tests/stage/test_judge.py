@@ -20,7 +20,9 @@ def outcome(
     pytester.makepyfile(HEAD + source)
     pytester.makeini("[pytest]\nmarkers = real_time\n")
     judge = RealTimeJudge(lambda _: left.pop(0) if len(left) > 1 else left[0])
-    run = pytester.inline_run("-p", "no:cacheprovider", "-p", "no:xdist", plugins=[judge])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # each run would import them anew
+        run = pytester.inline_run("-p", "no:cacheprovider", plugins=[judge])
     passed, skipped, failed = run.listoutcomes()
     counts = Counter(passed=len(passed), skipped=len(skipped), failed=len(failed))
     return counts, judge, int(run.ret or 0)

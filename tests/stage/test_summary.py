@@ -46,10 +46,11 @@ def test_each_failure_is_told_with_its_reason_in_one_line(tmp_path: Path) -> Non
     file, result = tmp_path / "test_failing.py", tmp_path / "result.json"
     file.write_text(FAILING)
     plugin = ("-p", "tests.stage.plugin", "-p", "no:cacheprovider", f"--rootdir={tmp_path}")
-    command = [sys.executable, "-m", "pytest", "-n", "1", *plugin, str(file)]
+    command = [sys.executable, "-m", "pytest", "-p", "xdist", "-n", "1", *plugin, str(file)]
     environment = {**os.environ, summary.RESULT: str(result)}
     for variable in [name for name in environment if name.startswith("PYTEST")]:
         del environment[variable]
+    environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # schemathesis takes seconds
     subprocess.run(command, env=environment, capture_output=True, check=False)
     assert json.loads(result.read_text())["failed"] == [
         "FAILED test_failing.py::test_a_wrong_sum: assert (1 + 1) == 3",
