@@ -10,7 +10,6 @@ from html import escape
 from opensuction.identification.workbench import MODELS, FittedModel
 from opensuction.library.columns import Given, Values, in_python, load, write_html, write_text
 from opensuction.library.fit import Fit, Fitted
-from opensuction.report.identification import identification_words
 from opensuction.result.identification_result import ComparisonResult, IdentificationResult
 from opensuction.result.plain import Json, to_json
 from opensuction.session.identification import identification_run, identification_summary
@@ -57,6 +56,9 @@ class Comparison:
 
     def _rows(self) -> list[list[str]]:
         """A heading, then a row for each model."""
+        # It brings what prints in a terminal, a tenth of a first fit.
+        from opensuction.report.identification import identification_words
+
         measures = identification_words.measures(self.result)
         rows = [["model", *measures, "inverse", ""]]
         for place, (fit, model) in enumerate(zip(self.fits, self.result.models, strict=True)):

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from enum import Enum
 from functools import cache
 from typing import (
+    TYPE_CHECKING,
     Annotated,
     Any,
     Final,
@@ -26,13 +27,15 @@ from typing import (
     get_type_hints,
 )
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
-from pydantic_core import ErrorDetails
-
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.unit import unit_of
 from opensuction.kernel.vocabulary import by_name
 from opensuction.settings.wording import join_key, one_line, refuse, show, unknown
+
+# Loaded with the first record that is checked: a fit of arrays checks none.
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter, ValidationError
+    from pydantic_core import ErrorDetails
 
 WORDS: Final = {
     "minimum": "at least",
@@ -57,6 +60,8 @@ def describe(annotation: Any) -> str:
     >>> describe(Annotated[float, Interval(gt=0, le=15)])
     'above 0 and at most 15'
     """
+    from pydantic import TypeAdapter
+
     schema = TypeAdapter[Any](annotation).json_schema()
     bounds = (f"{words} {trim(schema[key])}" for key, words in WORDS.items() if key in schema)
     return " and ".join(bounds)
@@ -102,7 +107,7 @@ class _Field(NamedTuple):
     """The type with its annotations."""
     type: Any
     """The bare type, without them."""
-    adapter: TypeAdapter[Any] | None
+    adapter: "TypeAdapter[Any] | None"
     """None for sections and enumerations."""
 
 
@@ -143,6 +148,8 @@ def _fields(record_type: Any) -> tuple[_Field, ...]:
 
 
 def _field(name: str, hint: Any) -> _Field:
+    from pydantic import ConfigDict, TypeAdapter
+
     bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
     if _is_record(bare) or _is_enumeration(bare):
         return _Field(name, hint, bare, None)
@@ -190,6 +197,8 @@ def _value(field: _Field, given: object, key: str, problems: list[str]) -> Any:
         return _section(field.type, given, key, problems)
     if field.adapter is None:
         return _member(field, given, key, problems)
+    from pydantic import ValidationError
+
     try:
         value = field.adapter.validate_python(given)
     except ValidationError as error:
@@ -211,7 +220,7 @@ def _member(field: _Field, given: object, key: str, problems: list[str]) -> Any:
         return None
 
 
-def _complaint(field: _Field, given: object, error: ValidationError) -> str:
+def _complaint(field: _Field, given: object, error: "ValidationError") -> str:
     """Description of a bad value, with the limit it breaks; of a list, of its first bad entry."""
     details = error.errors(include_url=False, include_input=False)[0]
     kind, unit = field.type, unit_of(field.name)
@@ -222,7 +231,7 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
     return _deviation(details, given, kind, unit)
 
 
-def _deviation(details: ErrorDetails, given: object, kind: Any, unit: str) -> str:
+def _deviation(details: "ErrorDetails", given: object, kind: Any, unit: str) -> str:
     """Deviation of one value from the kind that it should be of."""
     match details["type"]:
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
