@@ -4,15 +4,15 @@ import pytest
 
 from opensuction.kernel.codegen import row
 from opensuction.kernel.interface import Commands
-from opensuction.twin import parameter, plant, preset
+from opensuction.twin import parameter, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
 from tests.conformance.plain import run_plain
 from tests.settled import settled
+from tests.twin.holding import hold
 
-DT_S = 0.001
 TICKS = 2000
 
 
@@ -31,14 +31,14 @@ def script(tick: int) -> Commands:
     )
 
 
-step, see, sense = settled(plant.step), settled(machine.truth), settled(machine.read)
+see, sense = settled(machine.truth), settled(machine.read)
 
 
 def played(twin: Machine, state: PlantState) -> list[list[float]]:
     """Truth and readings of every tick of the script."""
     rows = []
     for tick in range(TICKS):
-        state = step(twin, state, script(tick), DT_S)
+        state = hold(twin, state, script(tick), 1)
         truth = [float(value) for value in see(twin, state.machine)]
         read = sense(twin, state.machine)
         readings = [float(value) for value in (*read[:-1], *read.monitor)]

@@ -3,14 +3,13 @@ import math
 import pytest
 
 from opensuction.kernel.interface import Commands
-from opensuction.twin import coupling, parameter, plant, preset
+from opensuction.twin import coupling, parameter, preset
 from opensuction.twin.coupling import PatientSigns
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient import PatientState
 from opensuction.twin.plant import PlantState
-from tests.settled import settled
 from tests.twin.holding import DT_S, IDLE, hold
 
 VALUES = parameter.nominal(parameter.CLINICAL)
@@ -19,9 +18,6 @@ TWIN = preset.machine(VALUES, ADULT)
 STROKE_RAD = math.radians(30.0)
 HOLDING_V = VALUES["spring_preload_v"] + VALUES["spring_v_per_rad"] * STROKE_RAD
 SUCTION = IDLE._replace(pump_on=True, vacuum_mmhg=120.0, valve_v=HOLDING_V)
-
-
-step = settled(plant.step)
 
 
 def turned(state: PlantState, cam_rad: float) -> PlantState:
@@ -56,7 +52,7 @@ def test_what_the_line_draws_inside_is_what_the_patient_loses() -> None:
     line_ml = patient_ml = outside_ml = 0.0
     for _ in range(5000):
         before = state
-        state = step(TWIN, state, out, DT_S)
+        state = hold(TWIN, state, out, 1)
         drawn = state.machine.line.gas_ml - before.machine.line.gas_ml
         if state.machine.airway.tip_mm > -ADULT.tube_length_mm:
             line_ml += drawn
@@ -117,7 +113,7 @@ def test_the_patient_steps_with_every_tenth_tick() -> None:
     state = preset.park(TWIN, VALUES, 0.0, seed=1, run=0)
     for tick in range(1, 101):
         before = state.bedside.patient.vitals
-        state = step(TWIN, state, IDLE, DT_S)
+        state = hold(TWIN, state, IDLE, 1)
         assert state.machine.coupling.ticks == tick % coupling.TICKS
         stepped = state.bedside.patient.vitals.ventilator.breath_s != before.ventilator.breath_s
         assert stepped is (tick % coupling.TICKS == 0)

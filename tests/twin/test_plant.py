@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.interface import Commands
-from opensuction.twin import coupling, parameter, plant, preset
+from opensuction.twin import coupling, parameter, preset
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
 from tests.budget import simulated
-from tests.twin.holding import DT_S, hold
+from tests.twin.holding import hold
 
 VALUES = parameter.nominal(parameter.BENCH)
 BENCH = preset.machine(VALUES)
@@ -53,7 +53,7 @@ def test_the_bedside_steps_with_every_tenth_tick() -> None:
     state = parked(0.0)
     idle = Commands(0.0, 0.0, True, 0.0, 0.0, True, False, 0.0)
     for tick in range(1, 101):
-        state = plant.step(BENCH, state, idle, DT_S)
+        state = hold(BENCH, state, idle, 1)
         assert state.machine.coupling.ticks == tick % coupling.TICKS
 
 

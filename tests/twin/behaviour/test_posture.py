@@ -7,11 +7,10 @@ from opensuction.kernel import random_stream
 from opensuction.twin import preset
 from opensuction.twin.behaviour import spontaneous_event
 from opensuction.twin.behaviour.spontaneous_event import Posture, PostureState
-from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState
 from tests.settled import settled
 from tests.twin.behaviour import bed
-from tests.twin.holding import IDLE
+from tests.twin.holding import IDLE, hold_machine
 
 RESTLESS = Posture(per_s=0.05, inside_share=0.1, carina_mm=3.0, gap_ratio=0.04)
 
@@ -63,9 +62,6 @@ START = preset.park(MACHINE, bed.VALUES, 40.0, seed=1, run=0).machine
 FORTH = IDLE._replace(insertion_v=12.0)
 
 
-step = settled(machine.step)
-
-
 def pushed(shift_mm: float, gap_ratio: float, ticks: int, until_n: float) -> MachineState:
     """The head pushed for so long, or until the tip presses. Only the machine steps."""
     there = START.coupling._replace(carina_shift_mm=shift_mm, gap_ratio=gap_ratio)
@@ -73,7 +69,7 @@ def pushed(shift_mm: float, gap_ratio: float, ticks: int, until_n: float) -> Mac
     for _ in range(ticks):
         if state.airway.contact_n > until_n:
             break
-        state = step(MACHINE, state, FORTH, bed.DT_S)
+        state = hold_machine(MACHINE, state, FORTH, 1)
     return state
 
 

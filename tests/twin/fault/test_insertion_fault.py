@@ -8,7 +8,7 @@ from opensuction.twin.fault.drive_fault import KINK_N
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.machine import machine, suction_line, transmission
 from tests.twin.fault.broken_machine import HEALTHY, IDLE, PUSHING, faulty, parked, run
-from tests.twin.holding import DT_S
+from tests.twin.holding import DT_S, hold_machine
 
 
 def test_a_kink_narrows_the_bore_rubs_and_gives_way() -> None:
@@ -55,7 +55,7 @@ def test_another_route_of_the_conduit_has_another_gap() -> None:
 def test_a_seized_motor_stops_where_it_is_and_draws_its_full_current() -> None:
     moving = run(HEALTHY, parked(), PUSHING, 0.3)
     seized = faulty(Fault.MOTOR_STALLED)
-    at_once = machine.step(seized, moving, PUSHING, DT_S)
+    at_once = hold_machine(seized, moving, PUSHING, 1)
     assert at_once.insertion.velocity == 0.0
     # It stops within the tick: less than a tick's way at full speed.
     assert abs(at_once.insertion.position - moving.insertion.position) < 0.02

@@ -3,10 +3,10 @@
 import pytest
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.machine import dc_axis, machine
+from opensuction.twin.machine import dc_axis
 from opensuction.twin.machine.machine import Machine, MachineState
 from tests.twin.fault.broken_machine import HEALTHY, IDLE, OPENING, faulty, parked, run
-from tests.twin.holding import DT_S
+from tests.twin.holding import hold_machine
 
 
 def opened(twin: Machine, state: MachineState) -> float:
@@ -39,7 +39,7 @@ def test_a_slow_valve_takes_as_much_longer_as_it_has_lost_speed() -> None:
 def test_a_seized_cam_stays_where_it_is() -> None:
     half = run(HEALTHY, parked(), OPENING, 0.2)
     jammed = faulty(Fault.VALVE_JAMMED)
-    at_once = machine.step(jammed, half, OPENING, DT_S)
+    at_once = hold_machine(jammed, half, OPENING, 1)
     later = run(jammed, at_once, IDLE, 2.0)
     assert later.valve.position == at_once.valve.position > 0.0
 

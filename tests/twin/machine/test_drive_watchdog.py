@@ -45,7 +45,6 @@ VALVE_OPEN = Commands(
 step = settled(fail_safe.step)
 commands = settled(fail_safe.commands)
 read = settled(machine.read)
-move = settled(machine.step)
 
 
 def after(silences: list[int]) -> WatchdogState:
@@ -90,7 +89,7 @@ def alone(
         orders = VALVE_OPEN
         if state.alone:
             orders = commands(WATCHDOG, state, powered, head_mm, 0.0)
-        body = move(driven, body, orders, DT_S)
+        body = hold_machine(driven, body, orders, 1)
     return body, orders
 
 
@@ -146,7 +145,7 @@ def test_a_head_at_any_speed_coasts_and_is_drawn_out(speed_mm_per_s: float) -> N
             volts = FAST.insertion_axis.voltage_limit_v
             lag_v = 10.0 * (wanted_mm - head_mm)
             orders = VALVE_OPEN._replace(insertion_v=min(max(lag_v, -volts), volts), valve_on=False)
-        body = move(FAST, body, orders, DT_S)
+        body = hold_machine(FAST, body, orders, 1)
         assert not state.astray
     assert machine.read(FAST, body).head_mm < 1.0
 

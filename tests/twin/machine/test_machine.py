@@ -36,7 +36,7 @@ def test_the_head_waits_for_the_gear_s_play() -> None:
     start = parked()
     state = start
     while state.head_mm == start.head_mm:
-        state = machine.step(BENCH, state, IDLE._replace(insertion_v=12.0), DT_S)
+        state = hold_machine(BENCH, state, IDLE._replace(insertion_v=12.0), 1)
     travel = state.insertion.position - start.insertion.position
     # One tick at this speed is up to 0.01 mm of it.
     assert travel == pytest.approx(VALUES["gear_backlash_mm"], abs=0.01)
@@ -64,14 +64,14 @@ def test_contact_outlasts_the_reversal_until_the_gap_is_crossed() -> None:
     """What lets the gap be measured without a tip sensor: the head turns, the tip stays."""
     state = parked(100.0)
     while state.airway.contact_n < 0.15:  # short of buckling
-        state = machine.step(BENCH, state, IDLE._replace(insertion_v=12.0), DT_S)
+        state = hold_machine(BENCH, state, IDLE._replace(insertion_v=12.0), 1)
     state = run(state, IDLE, 5.0)  # creep and drive come to rest
     turned_at, force = state.head_mm, state.airway.contact_n
     backed = 0.0
     while state.airway.contact_n >= BENCH.switch.open_n:
         if state.airway.contact_n > 0.99 * force:
             backed = turned_at - state.head_mm
-        state = machine.step(BENCH, state, IDLE._replace(insertion_v=-12.0), DT_S)
+        state = hold_machine(BENCH, state, IDLE._replace(insertion_v=-12.0), 1)
     widths = BENCH.transmission.widths_mm
     # Nothing gives way before the narrowest play has; the switch opens before all have.
     assert backed >= min(widths) - 0.1
