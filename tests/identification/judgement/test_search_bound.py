@@ -101,7 +101,7 @@ def test_a_grid_that_ends_is_told(model: str, width: float, name: str) -> None:
     assert any(warning.startswith("At its bound: ") for warning in found.warnings)
 
 
-@pytest.mark.parametrize("width", [3.0, 8.0, 16.0])
+@pytest.mark.parametrize("width", [3.0, pytest.param(8.0, marks=pytest.mark.soak), 16.0])
 @pytest.mark.parametrize("model", ["prandtl-ishlinskii", "generalised", "maxwell-slip"])
 def test_a_grid_that_holds_the_gap_tells_of_no_end(model: str, width: float) -> None:
     assert identify(HEAD, backlash(width), model=model).at_bound == ()
