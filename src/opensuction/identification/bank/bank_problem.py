@@ -154,6 +154,11 @@ def gather(
     return play_bank.sum_products(bank, inputs, positions, beside, edges, every)
 
 
+def _part(matrix: Array, places: NDArray[np.int64]) -> Array:
+    """Rows and columns of a matrix at some places: in half the time of an index by pairs."""
+    return matrix.take(places, axis=0).take(places, axis=1)
+
+
 def solve(
     whole: Array,
     left_out: Array | None,
@@ -181,14 +186,15 @@ def solve(
 
     def square(inside: NDArray[np.int64]) -> Array:
         """The Gram matrix about the means, of some factors."""
-        pairs = np.ix_(inside, inside)
-        gram = whole[pairs] if left_out is None else whole[pairs] - left_out[pairs]
+        gram = _part(whole, inside)
+        if left_out is not None:
+            gram -= _part(left_out, inside)
         gram /= samples
         gram -= np.outer(means[inside], means[inside])
         if penalty.ndim == 1:
             gram.flat[:: inside.size + 1] += penalty[inside] + jitter
         else:
-            gram += penalty[pairs]
+            gram += _part(penalty, inside)
             gram.flat[:: inside.size + 1] += jitter
         return gram
 
@@ -212,7 +218,7 @@ def squares_left(part: Array, solution: BankSolution) -> float:
     factors = solution.found.factors
     inside = np.append(np.flatnonzero(factors), [factors.size, factors.size + 1])
     vector = np.concatenate([factors, [solution.offset, -1.0]])[inside]
-    return max(float(vector @ part[np.ix_(inside, inside)] @ vector), 0.0)
+    return max(float(vector @ _part(part, inside) @ vector), 0.0)
 
 
 def fit(problem: BankProblem, penalty: Array, start: Mask | None = None) -> BankSolution:
@@ -241,10 +247,8 @@ def freedom(problem: BankProblem, penalty: Array, solution: BankSolution) -> flo
     samples = float(problem.whole[-2, -2])
     inside = np.flatnonzero(solution.found.factors)
     means = problem.whole[inside, -2] / samples
-    gram = problem.whole[np.ix_(inside, inside)] / samples - np.outer(means, means)
-    held = gram + (
-        np.diag(penalty[inside]) if penalty.ndim == 1 else penalty[np.ix_(inside, inside)]
-    )
+    gram = _part(problem.whole, inside) / samples - np.outer(means, means)
+    held = gram + (np.diag(penalty[inside]) if penalty.ndim == 1 else _part(penalty, inside))
     held[np.diag_indices_from(held)] += JITTER * float(np.trace(held)) / max(inside.size, 1)
     return float(np.trace(np.linalg.solve(held, gram)))
 
