@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.io import wavfile
 
 from opensuction.report import (
     airway_geometry,
@@ -44,6 +43,8 @@ def encode_alarm(priority: Priority) -> bytes:
     """Sound of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
     samples = alarm_signal.repeat(priority, SECONDS, SAMPLE_RATE_HZ)
     buffer = io.BytesIO()
+    from scipy.io import wavfile  # all of its formats: the console starts without them
+
     wavfile.write(buffer, SAMPLE_RATE_HZ, np.round(samples * FULL_SCALE).astype("<i2"))
     return buffer.getvalue()
 
