@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 
@@ -154,18 +156,28 @@ def test_another_seed_is_another_machine() -> None:
     assert not np.array_equal(one["truth.tip_mm"][:least], other["truth.tip_mm"][:least])
 
 
-@pytest.mark.parametrize("piece", [1, 7, 1000])
-def test_run_in_pieces_equals_run_at_once(piece: int) -> None:
+@pytest.mark.parametrize(
+    "pieces",
+    [
+        # To hand a state over and take it back costs as much as hundreds of ticks.
+        pytest.param((1,), marks=pytest.mark.soak),
+        pytest.param((7,), marks=pytest.mark.soak),
+        (1, 1, 7, 100),
+        (1000,),
+    ],
+)
+def test_run_in_pieces_equals_run_at_once(pieces: tuple[int, ...]) -> None:
     loop, state = ready()
     ticks = 12_000
     at_once = trace.rows(ticks * DT_S)
     ended, done = closed_loop.run(loop, state, START, at_once)
     assert done == ticks
     in_pieces = trace.rows(ticks * DT_S)
-    requests = START
-    for begin in range(0, ticks, piece):
-        state, _ = closed_loop.run(loop, state, requests, in_pieces[begin : begin + piece])
-        requests = NO_REQUESTS
+    requests, lengths, done = START, itertools.cycle(pieces), 0
+    while done < ticks:
+        piece = in_pieces[done : done + next(lengths)]
+        state, _ = closed_loop.run(loop, state, requests, piece)
+        requests, done = NO_REQUESTS, done + len(piece)
     assert np.array_equal(at_once, in_pieces)
     assert state.tick == ended.tick
     assert str(state) == str(ended)
