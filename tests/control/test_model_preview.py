@@ -18,6 +18,7 @@ from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
 from opensuction.kernel.compiled import compiled
+from tests.settled import settled
 
 DT_S = 0.001
 LIMITS = HeadLimits(speed_mm_per_s=17.0, acceleration_mm_per_s2=200.0)
@@ -145,9 +146,10 @@ def test_a_prandtl_ishlinskii_model_drives_as_by_its_own_preview() -> None:
     head = float(prandtl_ishlinskii.saturated_head_mm(PLAYS, 0.0, -1.0))
     state = HeadState(head, 0.0, 0.0, play_sum.retracted_positions_mm(model, head))
     heads = []
-    for row in demand():
-        goal = preview.aim_ahead(run_in("plays"), *row)
-        state = preview.step(model, LIMITS, state, goal, DT_S)
+    best, aim, step = run_in("plays"), settled(preview.aim_ahead), settled(preview.step)
+    for row in demand().tolist():
+        goal = aim(best, *row)
+        state = step(model, LIMITS, state, goal, DT_S)
         heads.append(state.head_mm)
     # Rounding decides in which of two ticks a head at a corner passes it: a tick's travel.
     np.testing.assert_allclose(cycle("plays").head_mm, heads, rtol=0.0, atol=17.0 * DT_S)

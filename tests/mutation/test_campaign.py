@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.mutation.__main__ import everything, target
+from tools.mutation.__main__ import everything, main, target
 from tools.mutation.campaign import ROOT, Result, Survivor, Target
 
 
@@ -44,10 +44,14 @@ def test_every_mistake_in_the_lights_is_noticed(tmp_path: Path) -> None:
     assert module["survivors"] == []
 
 
-def test_an_unknown_module_is_refused() -> None:
-    done = campaign("safety.nonsense")
-    assert done.returncode == 2
-    assert "unknown module safety.nonsense; one of safety.alarm.alarm, " in done.stderr
+def test_an_unknown_module_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["mutation", "safety.nonsense"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert "unknown module safety.nonsense; one of safety.alarm.alarm, " in capsys.readouterr().err
 
 
 def test_every_module_of_safety_is_tried_with_tests_that_exist() -> None:

@@ -6,9 +6,11 @@ from opensuction.safety.head import drive_force
 from opensuction.safety.head.drive_force import REST, DriveForce
 from tests.safety.watchdog import DT_S
 from tests.safety.watchdog import LIMITS as GOVERNED
+from tests.settled import settled
 
 LIMITS = GOVERNED.drive
 SHARE = DT_S / (0.01 + DT_S)
+step = settled(drive_force.step)
 
 
 def pushed(force_n: float, resisted_n: float, seconds: float) -> DriveForce:
@@ -19,7 +21,7 @@ def pushed(force_n: float, resisted_n: float, seconds: float) -> DriveForce:
         gained = SHARE * (speed - averaged)
         current_a = force_n / LIMITS.newton_per_a
         volts = LIMITS.volts_per_a * current_a + averaged / LIMITS.mm_per_s_per_v
-        state = drive_force.step(LIMITS, state, current_a, volts, averaged, gained, SHARE, DT_S)
+        state = step(LIMITS, state, current_a, volts, averaged, gained, SHARE, DT_S)
         averaged += gained
     return state
 
@@ -44,7 +46,7 @@ def test_two_newtons_more_than_friction_are_seen_in_a_twentieth_of_a_second() ->
 
 @pytest.mark.parametrize("current_a", [float("nan"), float("-inf"), 1e306])
 def test_a_current_that_is_no_number_is_none(current_a: float) -> None:
-    state = drive_force.step(LIMITS, REST, current_a, 0.0, 0.0, 0.0, SHARE, DT_S)
+    state = step(LIMITS, REST, current_a, 0.0, 0.0, 0.0, SHARE, DT_S)
     assert state == DriveForce(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -53,7 +55,7 @@ def test_a_current_that_is_no_number_is_none(current_a: float) -> None:
 
 def at_rest(current_a: float, volts: float, seconds: float, state: DriveForce = REST) -> DriveForce:
     for _ in range(round(seconds / DT_S)):
-        state = drive_force.step(LIMITS, state, current_a, volts, 0.0, 0.0, SHARE, DT_S)
+        state = step(LIMITS, state, current_a, volts, 0.0, 0.0, SHARE, DT_S)
     return state
 
 
@@ -84,7 +86,7 @@ def test_without_torque_all_that_a_head_at_rest_reads_is_the_offset() -> None:
 def test_no_offset_is_taken_in_motion_nor_of_a_current_that_is_no_number() -> None:
     state = REST
     for _ in range(2000):
-        state = drive_force.step(LIMITS, state, 0.005, 10.0, 7.8, 0.0, SHARE, DT_S)
+        state = step(LIMITS, state, 0.005, 10.0, 7.8, 0.0, SHARE, DT_S)
     assert state.offset_a == 0.0
     assert at_rest(float("nan"), 0.5, 2.0).offset_a == 0.0
     # A jam at the drive's limit is none either.

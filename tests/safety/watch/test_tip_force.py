@@ -7,11 +7,13 @@ import pytest
 from opensuction.safety.head.drive_force import REST, DriveForce
 from opensuction.safety.watch import tip_force
 from opensuction.safety.watch.tip_force import PRESSED_N, START, TipForce
+from tests.settled import settled
 
 DT_S = 0.001
 FRICTION_N, ASKED_N = 0.9, 1.4
 """Of the drive, by its current and by its volts."""
 SEARCH_MM_PER_S = 10.0
+step = settled(tip_force.step)
 
 
 def driven(
@@ -32,7 +34,7 @@ def driven(
             resistance_n=FRICTION_N + measured_n + chance.gauss(0.0, noise[0]),
             borne_n=ASKED_N + asked_n + chance.gauss(0.0, noise[1]),
         )
-        state = tip_force.step(state, drive, speed_mm_per_s, touching, may_touch, DT_S)
+        state = step(state, drive, speed_mm_per_s, touching, may_touch, DT_S)
     return state
 
 
@@ -59,8 +61,8 @@ def test_less_than_a_catheter_buckles_at_is_none_for_as_long_as_a_search_lasts()
 
 def test_friction_that_grows_slowly_is_none_of_the_tip() -> None:
     state = driven(START, 2.0)
-    for step in range(100):
-        state = driven(state, 0.1, 0.003 * step, 0.003 * step)
+    for part in range(100):
+        state = driven(state, 0.1, 0.003 * part, 0.003 * part)
         assert not tip_force.is_pressing(state)
 
 

@@ -10,8 +10,11 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.machine import suction_line
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.machine.suction_line import SuctionState
+from tests.settled import settled
 from tests.twin.fault.broken_machine import HEALTHY, faulty
 from tests.twin.holding import DT_S
+
+step = settled(suction_line.step)
 
 
 def line_after(
@@ -24,7 +27,7 @@ def line_after(
 ) -> SuctionState:
     state = SuctionState(vacuum_mmhg=from_mmhg, gas_ml_per_s=0.0, gas_ml=0.0)
     for _ in range(round(seconds / DT_S)):
-        state = suction_line.step(twin.line, state, pump_on, setpoint_mmhg, open_ratio, 0.0, DT_S)
+        state = step(twin.line, state, pump_on, setpoint_mmhg, open_ratio, 0.0, DT_S)
     return state
 
 

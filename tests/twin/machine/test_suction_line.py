@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import suction_line
 from opensuction.twin.machine.suction_line import SuctionLine, SuctionState
+from tests.settled import settled
 
 DT_S = 0.001
 LINE = preset.machine(parameter.nominal(parameter.BENCH)).line
@@ -16,6 +17,7 @@ BARE = TIGHT._replace(relief_ml_per_s_per_mmhg=0.0)
 EMPTY = SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0)
 NO_REGULATOR_MMHG = 10_000.0
 L_PER_MIN = 60.0 / 1000.0
+step = settled(suction_line.step)
 
 
 def run(
@@ -27,15 +29,15 @@ def run(
     pump_on: bool = True,
 ) -> SuctionState:
     for _ in range(round(seconds / DT_S)):
-        state = suction_line.step(line, state, pump_on, setpoint_mmhg, open_ratio, 0.0, DT_S)
+        state = step(line, state, pump_on, setpoint_mmhg, open_ratio, 0.0, DT_S)
     return state
 
 
 def test_open_tip_settles_where_pump_and_bore_agree() -> None:
     # [calc-line]: about 77 mmHg and 15.5 L/min; the leak takes 0.1 L/min of the pump's.
-    settled = run(LINE, EMPTY, 20.0, setpoint_mmhg=120.0, open_ratio=1.0)
-    assert settled.vacuum_mmhg == pytest.approx(77.0, abs=1.0)
-    assert settled.gas_ml_per_s * L_PER_MIN == pytest.approx(15.5, abs=0.15)
+    ended = run(LINE, EMPTY, 20.0, setpoint_mmhg=120.0, open_ratio=1.0)
+    assert ended.vacuum_mmhg == pytest.approx(77.0, abs=1.0)
+    assert ended.gas_ml_per_s * L_PER_MIN == pytest.approx(15.5, abs=0.15)
     # Exactly: free flow * (1 - P/560) equals the bore's flow.
     exact = run(BARE, EMPTY, 40.0, open_ratio=1.0)
     pumped = 300.0 * (1.0 - exact.vacuum_mmhg / 560.0)
@@ -94,7 +96,7 @@ def test_vacuum_stays_between_nothing_and_what_pump_and_relief_allow(
     state = SuctionState(vacuum_mmhg=vacuum, gas_ml_per_s=0.0, gas_ml=0.0)
     highest = vacuum
     for _ in range(300):
-        following = suction_line.step(LINE, state, pump_on, setpoint, opened, 0.0, dt_s)
+        following = step(LINE, state, pump_on, setpoint, opened, 0.0, dt_s)
         assert 0.0 <= following.vacuum_mmhg <= max(highest, 155.0)
         assert following.gas_ml >= state.gas_ml
         state = following

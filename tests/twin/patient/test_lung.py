@@ -4,8 +4,10 @@ from hypothesis import strategies as st
 
 from opensuction.twin.patient import gas_exchange, patient_preset
 from opensuction.twin.patient.gas_exchange import LungState
+from tests.settled import settled
 
 DT_S = 0.01
+step = settled(gas_exchange.step_lung)
 ARDS = patient_preset.patient("adult-ards", 0, nominal=True).lung
 OPEN = LungState(volume_ml=ARDS.relaxed_ml + 12.0 * ARDS.compliance_ml_per_cmh2o, closed_ml=0.0)
 
@@ -15,7 +17,7 @@ def held_at(pressure_cmh2o: float, start: LungState, seconds: float) -> LungStat
     state = start
     for _ in range(round(seconds / DT_S)):
         volume = ARDS.relaxed_ml - state.closed_ml + pressure_cmh2o * ARDS.compliance_ml_per_cmh2o
-        state = gas_exchange.step_lung(ARDS, state._replace(volume_ml=volume), 0.0, DT_S)
+        state = step(ARDS, state._replace(volume_ml=volume), 0.0, DT_S)
     return state
 
 
