@@ -3,13 +3,15 @@
 import logging
 import os
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from furo.navigation import get_navigation_tree
 from sphinx.application import Sphinx
 
 from docs.generator.notebook_page import UNCOMPILED, kept_page
-from docs.generator.site_text import ROOT_PAGES, moved, tag_links, tags, told_tests
+from docs.generator.site_text import ROOT_PAGES, Navigation, moved, tag_links, tags, told_tests
 
 os.environ[UNCOMPILED] = "1"  # autodoc reads functions, not their compiled form
 # A style of code switches every library's messages on as it is loaded.
@@ -61,7 +63,28 @@ def tidy(*arguments: Any) -> None:
     lines[:] = [re.sub(r"(?<=\w)_(?!\w)", r"\\_", line) for line in told]
 
 
+@cache
+def navigation(builder: Any) -> Navigation:
+    """The tree of all pages, as the theme has it beside the first one."""
+    whole = {"collapse": False, "titles_only": True, "maxdepth": -1, "includehidden": True}
+    tree = builder._get_local_toctree(builder.config.root_doc, **whole)
+    return Navigation(get_navigation_tree(tree))
+
+
+def withhold(_site: Sphinx, _page: str, _template: str, context: dict[str, Any], *_: Any) -> None:
+    """Keep the theme from making the tree for each page anew."""
+    context.pop("toctree", None)
+
+
+def show(site: Sphinx, page: str, _template: str, context: dict[str, Any], *_: Any) -> None:
+    """The tree beside a page, after the theme has made the rest."""
+    address = site.builder.get_target_uri(page)
+    context["furo_navigation_tree"] = navigation(site.builder).beside(address)
+
+
 def setup(site: Sphinx) -> None:
     """Called by Sphinx."""
     site.connect("source-read", complete)
     site.connect("autodoc-process-docstring", tidy)
+    site.connect("html-page-context", withhold, priority=400)  # the theme's is 500
+    site.connect("html-page-context", show, priority=600)

@@ -1,7 +1,14 @@
-"""Text that the site adds to a file: links of root pages adapted to their place, links of tags."""
+"""Text that the site adds to a file: links of root pages adapted to their place, links of tags.
+
+Beside each page the tree of all pages, as Sphinx and the theme would have it.
+"""
 
 import re
 from posixpath import dirname, normpath, relpath
+from typing import Any
+
+from bs4 import BeautifulSoup, Tag
+from bs4.element import AttributeValueList
 
 ROOT_PAGES = {
     "explanations/architecture": "ARCHITECTURE.md",
@@ -51,3 +58,50 @@ def tag_links(known: list[str], page: str) -> str:
     """Lines that let every tag of a page, as ``[paper]``, lead to where it is explained."""
     target = relpath("sources.md", dirname(page) or ".")
     return "".join(f"[{tag}]: {target}#{tag.lower()}\n" for tag in known)
+
+
+class Navigation:
+    """The tree of all pages, made once for all of them.
+
+    Sphinx would resolve and write it anew for each page, and the theme read and write it again.
+    """
+
+    def __init__(self, tree: str) -> None:
+        """tree: as the theme has it at the root, beside a page that is not in it."""
+        self._tree = BeautifulSoup(tree, "html.parser")
+        self._links = {str(link["href"]): link for link in self._tree.select("a.internal")}
+
+    def beside(self, address: str) -> str:
+        """The tree beside a page: the way to it unfolded, links from its place.
+
+        address: the page's, below the root, as ``how-to/calibrate.html``.
+        """
+        folder = dirname(address) or "."
+        for target, link in self._links.items():
+            link["href"] = "#" if target == address else relpath(target, folder)
+        here = self._links.get(address)
+        changed = [] if here is None else _unfold(here)
+        text = str(self._tree)
+        for tag, before in changed:
+            tag.attrs = before
+        return text
+
+
+def _unfold(link: Tag) -> list[tuple[Tag, dict[str, Any]]]:
+    """Mark the way to a page; returns what was changed, with its attributes before."""
+    changed = [(link, dict(link.attrs))]
+    link["class"] = AttributeValueList(["current", *link["class"]])
+    innermost = True
+    for tag in link.parents:
+        if tag.name not in ("ul", "li"):
+            continue
+        changed.append((tag, dict(tag.attrs)))
+        level, *others = tag.get_attribute_list("class") if tag.name == "li" else [None]
+        words = [level, "current", *others, "current-page" if innermost else None]
+        tag["class"] = AttributeValueList(word for word in words if word)
+        innermost = False
+        fold = tag.find("input", recursive=False)
+        if isinstance(fold, Tag):
+            changed.append((fold, dict(fold.attrs)))
+            fold["checked"] = ""
+    return changed
