@@ -1,4 +1,4 @@
-"""Recordings over the interface: given whole or in part, reported, played again, and no others."""
+"""Recordings over the interface: given whole or in part, reported, and no others."""
 
 import json
 import os
@@ -6,14 +6,13 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from opensuction.console.history import job_queue
 from opensuction.console.route import history
 from opensuction.recording.cycle_file import frame
 from opensuction.recording.cycle_file.reader import RecordingReader, Rows
-from opensuction.recording.cycle_file.row_schema import TABLES, TICK_COLUMNS, TICKS
+from opensuction.recording.cycle_file.row_schema import TABLES
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.records import recording_check
 from opensuction.records.entry import BoundFile, CycleEnd, Outcome
@@ -29,15 +28,8 @@ from tests.console.history.past import (
 )
 from tests.console.served import Served
 from tests.runtime.identity import ABOUT
-from tests.session.recorded import played
 
 V1 = "/api/v1"
-
-
-@pytest.fixture
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Recordings are worked on in this process: that another one does it is not the point."""
-    work_here(monkeypatch)
 
 
 def test_a_recording_is_given_whole_and_in_parts(console: Served, recording: Path) -> None:
@@ -193,64 +185,6 @@ def test_a_report_of_what_is_no_recording_is_refused_in_one_line(console: Served
     detail = answer.json()["detail"]
     assert detail.startswith(f"{RECORDING}: is no MCAP file")
     assert str(console.site.recordings) not in detail
-
-
-def test_a_replay_is_begun_once_and_its_verdict_kept(console: Served, recording: Path) -> None:
-    past = remember(console, recording)
-    client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
-    assert client.get(path).json() == {"state": "none", "verdict": None, "failure": None}
-    answer = client.post(path)
-    assert (answer.status_code, answer.json()["state"]) == (202, "running")
-    join("_replay")
-    found = client.get(path).json()
-    assert found["state"] == "done"
-    assert found["verdict"]["identical"] is True
-    assert found["verdict"]["is_good"] is True
-    assert found["verdict"]["first_difference"] is None
-    assert client.post(path).json() == found, "nothing is played twice"
-    refused = console.client("observer")
-    refused.headers.pop("X-CSRF-Token")
-    assert refused.post(path).status_code == 403
-
-
-@pytest.mark.usefixtures("here")
-def test_a_first_part_without_a_row_keeps_no_recording_from_its_replay(
-    console: Served, recording: Path
-) -> None:
-    past = remember(console, recording)
-    first = console.site.recordings / RECORDING
-    first.rename(first.with_name(f"{first.stem}-2.mcap"))
-    first.write_bytes(played.without_rows(recording))
-    client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
-    assert client.post(path).status_code == 202
-    join("_replay")
-    verdict = client.get(path).json()["verdict"]
-    assert (verdict["is_good"], verdict["identical"], verdict["whole"]) == (True, True, False)
-    assert verdict["ticks"] > 0
-
-
-@pytest.mark.usefixtures("here")
-def test_a_replay_that_differs_says_where(console: Served, recording: Path, tmp_path: Path) -> None:
-    reader = RecordingReader(recording)
-    rows = [one for one in reader.contents() if isinstance(one, Rows)]
-    column = [one.name for one in TICK_COLUMNS].index("outputs.commands.head_mm")
-    changed = tmp_path / "changed.mcap"
-    with RecordingWriter(changed, reader.heading, TABLES) as file:
-        for topic in TABLES:
-            table = np.concatenate([one.table for one in rows if one.topic == topic])
-            times = np.concatenate([one.times_ns for one in rows if one.topic == topic])
-            if topic == TICKS:
-                table[100, column] += 0.5
-            file.add_rows(topic, times, table)
-    past = remember(console, changed)
-    client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
-    client.post(path)
-    join("_replay")
-    found = client.get(path).json()
-    first = found["verdict"]["first_difference"]
-    assert (first["tick"], first["field"]) == (100, "outputs.commands.head_mm")
-    assert first["recorded"] == pytest.approx(first["replayed"] + 0.5)
-    assert found["verdict"]["is_good"] is False
 
 
 def test_figures_are_worked_out_once_and_kept_beside_the_recordings(
