@@ -28,6 +28,7 @@ from opensuction.simulation.wiring import wanted
 from opensuction.twin import plant
 from opensuction.twin.machine import fail_safe, machine
 from opensuction.twin.machine.machine import MachineState
+from tests.columns_of_rows import ColumnsOfRows
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
 TEACH, CONFIRM, HOME = 16, 32, 64
@@ -259,7 +260,7 @@ def simulate(
         buttons[round(time_s / DT_S)] |= bits
     table = np.zeros((buttons.size, len(COLUMNS)))
     state = run(loop, parked if start is None else start, buttons, when, table)
-    return state, trace.by_name(table)
+    return state, ColumnsOfRows(table)
 
 
 def during(fault: Fault, start_s: float, end_s: float = 1e6) -> When:

@@ -30,9 +30,15 @@ def trip_s(columns: Columns, code: Condition) -> float:
     return float(columns["time_s"][np.argmax(happened)])
 
 
+def assert_commands_held(columns: Columns, loop: Loop) -> None:
+    """Every invariant of what the controller commands."""
+    judged = {name: columns[name] for name in invariant.JUDGED}
+    assert invariant.command_side(judged, loop.controller) == []
+
+
 def assert_held(columns: Columns, loop: Loop, fault: Fault = Fault.NONE) -> None:
     """Every invariant that can be held under this fault."""
-    assert invariant.command_side(columns, loop.controller) == []
+    assert_commands_held(columns, loop)
     tip, limits = columns["truth.tip_mm"], loop.controller.limits
     assert tip.max() <= limits.cap_mm
     if fault in UNSTEERED:

@@ -42,6 +42,9 @@ QUIET = (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
 STEPS = {(before, after) for (before, _), after in TRANSITIONS.items()}
 """Where a phase may be followed by another."""
 
+LOOKED_AT = tuple(dict.fromkeys((*held.JUDGED, "phase", "verdict.trips", "verdict.reaction")))
+"""Columns."""
+
 numbers = st.floats(allow_nan=True, allow_infinity=True) | st.floats(-100.0, 200.0)
 durations = st.integers(1, 1500) | st.integers(1, 12)
 """Ticks: both long enough to get somewhere and short enough to meet a transition."""
@@ -126,7 +129,7 @@ class Exploration(RuleBasedStateMachine):
             )
             requests = NO_REQUESTS
             done += ran
-        self.trace = trace.by_name(table)
+        self.trace = trace.copy_columns(table, LOOKED_AT)
 
     @rule(ticks=durations)
     def wait(self, ticks: int) -> None:

@@ -11,7 +11,6 @@ from opensuction.procedure.planning.guideline import MOST_PASSES, RULES
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.simulation.injection import invariant
 from opensuction.simulation.trace import Columns
 from tests.controller.bedside import EXACT, at_bed, count, starts_s
 from tests.controller.drive import (
@@ -25,6 +24,7 @@ from tests.controller.drive import (
     phases,
     simulate,
 )
+from tests.controller.invariant import assert_commands_held
 from tests.controller.used_machine import clocked
 
 SKIPPING = START | OXYGEN_SKIPPED
@@ -77,7 +77,7 @@ def test_everything_held_for_300_s_is_one_cycle(name: str) -> None:
     _, columns = simulate(EXACT, 300.0, held(300.0, bits), start=start, loop=loop)
     assert count(columns, Phase.INSERTING) == 1
     assert phases(columns)[-1] == Phase.PARKED
-    assert invariant.command_side(columns, loop.controller) == []
+    assert_commands_held(columns, loop)
 
 
 @pytest.mark.requirement("OS-R41")
@@ -160,7 +160,7 @@ def test_the_clock_does_not_go_round_the_limit() -> None:
         (at_bed("neonate")[0], after_passes("neonate", MOST_PASSES)), ScheduleMode.TIMED, DUE_S
     )
     state, columns = simulate(EXACT, 20.0, {10.0: ASSESSED}, start=start, loop=loop)
-    early = {name: values[:9_900] for name, values in columns.items()}
+    early = {name: columns[name][:9_900] for name in ("time_s", "phase", "signals.present")}
     assert phases(early) == [Phase.PARKED]
     assert told(early) == {Condition.PASS_LIMIT_REACHED, Condition.AUTOMATION_STOPPED}
     # Who looks at the patient when a cycle is due lets it begin.

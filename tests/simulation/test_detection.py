@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from opensuction.kernel.interface import NO_REQUESTS, START
-from opensuction.kernel.vocabulary import RESTING, Phase
+from opensuction.kernel.vocabulary import Phase
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -22,13 +22,10 @@ from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns
 from opensuction.twin.machine.machine import Machine
+from tests.columns_of_rows import ColumnsOfRows
 from tests.quiet_patient import quiet
 
-PIECE = 10
-"""Ticks between two looks at the phase, up to the fault."""
-PIECE_AFTER = 100
-"""And after it, where a look only finds out whether all is over."""
-AFTER_S = 16.0
+AFTER_S = 16.1
 """A cycle that goes on has ended by then, or has its valve closed."""
 BEGUN_S = 0.3
 """The fault comes so long after its phase began."""
@@ -75,18 +72,22 @@ class Begun(NamedTuple):
 
 
 @cache
+def sound(machine: str, approach: str, paced: bool) -> NDArray[np.float64]:
+    """Phases of a sound cycle, one entry a tick."""
+    ready = prepared(machine, approach, paced)
+    return trace.record(ready.loop, ready.start, START, 70.0, ("phase",))[1]["phase"]
+
+
+@cache
 def begun(machine: str, approach: str, phase: Phase, paced: bool) -> Begun:
     """A sound cycle up to the instant of a fault in a phase."""
-    begun_s = BEGUN_S if paced else AT_SPEED_S
-    ready = prepared(machine, approach, paced)
-    state, requests, table, done = ready.start, START, trace.rows(70.0), 0
-    while True:
-        state, ticks = closed_loop.run(ready.loop, state, requests, table[done : done + PIECE])
-        requests, done = NO_REQUESTS, done + ticks
-        now = state.controller.core.procedure
-        if now.phase == phase and now.phase_ticks * DT_S >= begun_s:
-            return Begun(state, table[:done].copy())
-        assert done == PIECE or now.phase not in RESTING
+    ready, phases = prepared(machine, approach, paced), sound(machine, approach, paced)
+    first = int(np.argmax(phases == phase))
+    rows = trace.rows((first + 1) * DT_S + (BEGUN_S if paced else AT_SPEED_S))
+    state, done = closed_loop.run(ready.loop, ready.start, START, rows)
+    assert done == len(rows)
+    assert state.controller.core.procedure.phase == phase
+    return Begun(state, rows)
 
 
 def broken(
@@ -100,16 +101,12 @@ def broken(
     state, before = begun(machine, approach, phase, paced)
     loop = prepared(machine, approach, paced).loop
     loop = loop._replace(machine=fault(loop.machine))
-    table = trace.rows(70.0)
-    since = done = len(before)
-    table[:done] = before
-    over = at_rest = False
-    while done < len(table) and not at_rest and not over:
-        state, ticks = closed_loop.run(loop, state, NO_REQUESTS, table[done : done + PIECE_AFTER])
-        done += ticks
-        over = (done - since) * DT_S > AFTER_S
-        at_rest = state.controller.core.procedure.phase in RESTING
-    columns = trace.by_name(table[:done])
+    since = len(before)
+    table = trace.rows(since * DT_S + AFTER_S)
+    table[:since] = before
+    # It ends where the machine rests.
+    _, ticks = closed_loop.run(loop, state, NO_REQUESTS, table[since:])
+    columns = ColumnsOfRows(table[: since + ticks])
     masks = columns["verdict.trips"].astype(np.int64)
     found = {
         code: float(np.argmax(masks >> int(code) & 1) - since) * DT_S

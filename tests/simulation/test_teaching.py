@@ -14,6 +14,7 @@ from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.self_calibration import Teaching
 from opensuction.simulation.trace import Columns
+from tests.columns_of_rows import ColumnsOfRows
 
 
 @cache
@@ -36,7 +37,7 @@ def run(loop: Loop, state: LoopState, pressed: dict[float, object]) -> Columns:
         table = trace.rows(end_s - begin_s)
         state, ticks = closed_loop.run(loop, state, requests, table)  # type: ignore[arg-type]
         parts.append(table[:ticks])
-    return trace.by_name(np.concatenate(parts))
+    return ColumnsOfRows(np.concatenate(parts))
 
 
 @pytest.mark.parametrize(
