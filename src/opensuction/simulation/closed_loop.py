@@ -44,7 +44,7 @@ from opensuction.simulation.wiring import (
 )
 from opensuction.twin import bedside, plant
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.coupling import TICKS, CouplingState
+from opensuction.twin.coupling import TICKS
 from opensuction.twin.fault import link
 from opensuction.twin.machine import fail_safe, machine, suction_line
 from opensuction.twin.machine.fail_safe import Annunciator
@@ -265,28 +265,37 @@ class Worst(NamedTuple):
 
 
 @compiled
-def _step_bedside(
-    loop: Loop, around: BedsideState, coupling: CouplingState, tip_mm: float
-) -> tuple[BedsideState, CouplingState]:
-    """One step of the bedside beside a machine that stands."""
-    around = bedside.step(loop.machine, around, coupling, tip_mm, DT_S)
-    return around, bedside.couple(loop.machine, around, tip_mm)
-
-
-@compiled
-def find_worst(loop: Loop, state: LoopState, duration_s: float) -> Worst:
-    """Worst values of a patient's signs in a time at rest; arguments as of `pass_time`."""
-    around, coupling = state.bedside, state.machine.coupling
-    tip_mm = state.machine.airway.tip_mm
+def _stand(
+    twin: Machine, state: MachineState, around: BedsideState, steps: int
+) -> tuple[MachineState, BedsideState, Worst]:
+    """Steps of the bedside beside a machine that stands, and the worst signs before and in them."""
+    tip_mm, coupling = state.airway.tip_mm, state.coupling
     least, most_ml = coupling.signs.spo2_percent, coupling.signs.relaxed_loss_ml
-    for _ in range(round(duration_s / STEP_S)):
-        around, coupling = _step_bedside(loop, around, coupling, tip_mm)
+    for _ in range(steps):
+        around = bedside.step(twin, around, coupling, tip_mm, DT_S)
+        coupling = bedside.couple(twin, around, tip_mm)
         least = min(least, coupling.signs.spo2_percent)
         most_ml = max(most_ml, coupling.signs.relaxed_loss_ml)
-    return Worst(least, most_ml)
+    left = state._replace(
+        # Pump off, valve closed, air let in: of the machine only the line changes.
+        line=suction_line.step(twin.line, state.line, False, 0.0, 0.0, 0.0, steps * STEP_S),
+        # As far between two steps of the bedside as before.
+        coupling=coupling._replace(
+            ticks=state.coupling.ticks, gas_ml=0.0, mucus_ml=0.0, from_mm=tip_mm
+        ),
+    )
+    return left, around, Worst(least, most_ml)
 
 
-@compiled
+_rest = TypedCall(_stand, lambda *_: 0)
+
+
+def find_worst(loop: Loop, state: LoopState, duration_s: float) -> Worst:
+    """Worst values of a patient's signs in a time at rest; arguments as of `pass_time`."""
+    steps = round(duration_s / STEP_S)
+    return _rest(loop.machine, state.machine, state.bedside, steps)[2]
+
+
 def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     """The closed loop after a time at rest; for a machine that is parked.
 
@@ -294,21 +303,8 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     controller's clocks are its caller's to move (`upkeep.pass_idle_time`). Mucus in
     the bore stays there.
     """
-    span_s = STEP_S
-    steps = round(duration_s / span_s)
+    steps = round(duration_s / STEP_S)
     if steps < 1:
         return state
-    tip_mm = state.machine.airway.tip_mm
-    coupling, around = state.machine.coupling, state.bedside
-    ticks = coupling.ticks
-    for _ in range(steps):
-        around, coupling = _step_bedside(loop, around, coupling, tip_mm)
-    machine = state.machine._replace(
-        # Pump off, valve closed, air let in: of the machine only the line changes.
-        line=suction_line.step(
-            loop.machine.line, state.machine.line, False, 0.0, 0.0, 0.0, steps * span_s
-        ),
-        # As far between two steps of the bedside as before.
-        coupling=coupling._replace(ticks=ticks, gas_ml=0.0, mucus_ml=0.0, from_mm=tip_mm),
-    )
-    return state._replace(tick=state.tick + steps * TICKS, machine=machine, bedside=around)
+    moved, around, _ = _rest(loop.machine, state.machine, state.bedside, steps)
+    return state._replace(tick=state.tick + steps * TICKS, machine=moved, bedside=around)
