@@ -156,7 +156,8 @@ class DurandDrive(DurandNode):
             goal = units.position_of(self.axis, self.read(0x607A))
             self.position += min(max(goal - self.position, -0.1), 0.1)
         self.write(0x6041, 0, power_state.write_status(self.power.state, power_state.REMOTE))
-        self.write(0x6064, 0, units.counts_of(self.axis, self.position))
+        counts = self.axis.zero_counts + round(self.position * self.axis.counts_per_unit)
+        self.write(0x6064, 0, counts)
         self.write(0x60FD, 0, self.inputs)
 
 

@@ -112,6 +112,23 @@ def test_a_node_that_is_slow_to_set_up_is_waited_for(bench: Bench) -> None:
     assert bench.readings.cam_valid
 
 
+def test_an_axis_that_gets_no_torque_for_where_it_stands_is_named_once(bench: Bench) -> None:
+    bench.insertion.position = -180.0
+    bench.start()
+    bench.cycle(10, released=True)
+    assert bench.said == []
+    bench.cycle(50, **ON)
+    assert (bench.insertion.is_enabled, bench.valve.is_enabled) == (False, True)
+    assert bench.said == [
+        "node 1 (insertion drive) stands at -180.00, beyond its range of -160 to 450: it gets no "
+        "torque"
+    ]
+    bench.insertion.position = -159.0  # a person has moved it
+    bench.cycle(20, **ON)
+    assert bench.insertion.is_enabled
+    assert len(bench.said) == 1
+
+
 def test_a_node_that_does_not_answer_is_named(bench: Bench) -> None:
     bench.module.is_alive = False
     assert "node 3 (input module): it does not answer within 10 s" in refusal(bench)

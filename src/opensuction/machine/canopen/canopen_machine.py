@@ -24,10 +24,11 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import DriveMessage
 from opensuction.kernel.record import Array
 from opensuction.machine.canopen import device_file, node_setup, process_image, set_point
-from opensuction.machine.canopen.device import Device
+from opensuction.machine.canopen.device import Device, position_of
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus, open_bus
 from opensuction.machine.canopen.node_setup import Setup
 from opensuction.machine.canopen.objects import NmtCommand
+from opensuction.machine.canopen.power_state import PowerState
 from opensuction.machine.canopen.process_image import MODULE, NAMES, NEVER_S, STALE_S
 from opensuction.machine.canopen.set_point import AT_START, SYNC, Axes
 from opensuction.machine.port import NOTHING, Capabilities, MachineFacts, SimulatedHand, TruthPort
@@ -74,6 +75,8 @@ class CanopenMachine:
         self._refused: dict[int, str] = {}
         self._boots = [0, 0, 0]
         self._restarted: set[int] = set()
+        self._beyond: set[int] = set()
+        """Axes that are left without torque, as they stand beyond their range."""
         self._set_up_s = math.inf
         self._said: tuple[str, ...] = ("", "", "")
         self._number, self._newest_s = 0, NEVER_S
@@ -145,12 +148,29 @@ class CanopenMachine:
         frames, self._axes = set_point.set_points(
             self.device, self.image, self._axes, message, now_s, self._restarted, self._read
         )
+        self._say_beyond((message.commands.insertion_on, message.commands.valve_on))
         # Half a period forgives a time that is a number of periods.
         beat_s = self.device.heartbeats.host_ms * 1e-3 - 0.5 * self.device.bus.period_s
         if now_s - self._beat_s >= beat_s:
             frames.append(set_point.heartbeat(self.device))
             self._beat_s = now_s
         self._send(frames, now_s)
+
+    def _say_beyond(self, wanted: tuple[bool, bool]) -> None:
+        """Say of an axis that it gets no torque though the controller wants it, and why."""
+        beyond = set()
+        for place, axis in enumerate((self.device.insertion, self.device.valve)):
+            counts = self.image.axes[place].counts
+            is_on = process_image.state_of(self.image, place) == PowerState.OPERATION_ENABLED
+            if not wanted[place] or is_on or set_point.is_in_range(axis, counts):
+                continue
+            beyond.add(place)
+            if place not in self._beyond:
+                self._host.say(
+                    f"node {axis.node} ({NAMES[place]}) stands at {position_of(axis, counts):.2f}, "
+                    f"beyond its range of {axis.lowest:g} to {axis.highest:g}: it gets no torque"
+                )
+        self._beyond = beyond
 
     def close(self) -> None:
         """No more commands: the drives' reaction to a lost host takes over."""

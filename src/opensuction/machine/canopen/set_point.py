@@ -121,7 +121,7 @@ def _step_axis(
     wanted, position, read = asked
     state = process_image.state_of(image, place)
     if state != PowerState.OPERATION_ENABLED:
-        wanted = wanted and _is_in_range(axis, image.axes[place].counts)
+        wanted = wanted and is_in_range(axis, image.axes[place].counts)
     power = power_state.step_control(
         control.power,
         state,
@@ -141,7 +141,7 @@ def _step_axis(
     return AxisControl(power, min(max(target, axis.lowest), axis.highest), position, moved)
 
 
-def _is_in_range(axis: DriveAxis, counts: int) -> bool:
+def is_in_range(axis: DriveAxis, counts: int) -> bool:
     """True where an axis stands within its range, or hardly beyond.
 
     A drive would bring one that does not there by itself as soon as it is put into operation.
