@@ -1,5 +1,6 @@
 """``drives`` as its users meet it: nodes that come on a bus, and leave it."""
 
+import json
 import os
 import signal
 import time
@@ -14,11 +15,19 @@ from opensuction.machine.canopen import device_file
 from opensuction.machine.canopen.frame_bus import open_bus
 from opensuction.machine.canopen.objects import Communication
 from opensuction.machine.canopen.stepped_network import SteppedNetwork
-from tests.cli.command import begun, wait_for
+from opensuction.runtime import control_process, machine_folder
+from tests.cli import command
+from tests.cli.command import begun, opensuction, wait_for
 
 pytestmark = pytest.mark.real_time
 
+NEONATE = ("--patient", "neonate")
 FILE = "Device file for a controller: "
+
+
+def own_name() -> str:
+    """Name that no other machine has."""
+    return f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
 
 
 def test_a_device_file_that_is_none_is_refused_before_anything_begins(tmp_path: Path) -> None:
@@ -26,12 +35,27 @@ def test_a_device_file_that_is_none_is_refused_before_anything_begins(tmp_path: 
         drives(DrivesOptions(device=tmp_path / "none.toml"))
 
 
-@pytest.mark.sweep
-def test_any_master_finds_them_until_they_are_interrupted(tmp_path: Path) -> None:
-    name = f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
-    process = begun("drives", "--machine", "bench", "--name", name, cwd=tmp_path)
+def play(name: str, *options: str, cwd: Path) -> tuple[command.Process, Path]:
+    """Drives that play, and the device file for a controller."""
+    process = begun("drives", *options, "--name", name, cwd=cwd)
     said = wait_for("Ctrl-C takes them off the bus", process.stderr)
     (path,) = (Path(line[len(FILE) :]) for line in said.splitlines() if line.startswith(FILE))
+    return process, path
+
+
+def end(process: command.Process, path: Path) -> None:
+    """Interrupt drives, which leave nothing."""
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=60.0)[1]
+    assert process.returncode == 0, said
+    assert "the drives are off the bus" in said
+    assert not list(path.parent.iterdir())
+    path.parent.rmdir()
+
+
+@pytest.mark.sweep
+def test_any_master_finds_them_until_they_are_interrupted(tmp_path: Path) -> None:
+    process, path = play(own_name(), "--machine", "bench", cwd=tmp_path)
     device = device_file.load(path)
     network = SteppedNetwork(
         open_bus(device.bus, THIS_COMPUTER, "master", tmp_path), THIS_COMPUTER.clock
@@ -40,9 +64,30 @@ def test_any_master_finds_them_until_they_are_interrupted(tmp_path: Path) -> Non
         node = network.add_remote(number, timeout_s=5.0)
         assert node.sdo.upload(Communication.IDENTITY, 1) == bytes([1, 0, 0xAF, 0])
     network.disconnect()
-    process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=60.0)[1]
-    assert process.returncode == 0, said
-    assert "the drives are off the bus" in said
-    assert not list(path.parent.iterdir())
-    path.parent.rmdir()
+    end(process, path)
+
+
+@pytest.mark.sweep
+def test_a_cycle_is_run_over_the_bus_recorded_and_replayed(tmp_path: Path) -> None:
+    process, path = play(own_name(), *NEONATE, cwd=tmp_path)
+    name = own_name()
+    ran = opensuction(
+        *("run", *NEONATE, "--device", str(path), "--name", name, "--json"),
+        *("--database", "ward.db", "--out", "kept"),
+        cwd=tmp_path,
+    )
+    end(process, path)
+    data = json.loads(ran.stdout)
+    (cycle,) = data["cycles"]
+    assert (cycle["outcome"], cycle["detail"]) == ("completed", ""), ran.stderr
+    assert ran.returncode == 0
+    assert not data["alarms"]
+    assert data["in_silico"] is True
+    assert data["device"] == "emulated"
+    recording = tmp_path / "kept" / cycle["recording"]
+    replayed = opensuction("replay", str(recording), "--json", cwd=tmp_path)
+    assert json.loads(replayed.stdout)["identical"] is True
+    folder = machine_folder.find(name)
+    assert control_process.read_before(folder) is not None  # for the next controller
+    machine_folder.clear(folder)
+    folder.rmdir()

@@ -273,6 +273,13 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         "drives.",
         metavar="FILE",
     ),
+    "bus_device": typer.Option(
+        "--device",
+        help="Machine on a CANopen bus, by its device file (TOML), instead of the twin in a "
+        "process of its own: emulated drives, started with the same machine, patient and seed, or "
+        "with serve real ones.",
+        metavar="FILE",
+    ),
     "device_act": typer.Argument(help="Act: check.", metavar="ACT", show_default=False),
     "device_path": typer.Argument(
         help="Device file (TOML): bus, nodes, units and limits.",

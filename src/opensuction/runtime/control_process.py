@@ -106,6 +106,7 @@ def hand_on(folder: Path, before: Before, clock: Clock = THIS_COMPUTER.clock) ->
         "kept": plain_row.pack(Interlocks, before.kept).tolist(),
         "ended_s": _now_s(clock) - before.off_s,
         "phase": int(before.phase),
+        "died": before.died,
     }
     private_file.write(folder / BEFORE, json.dumps(told))
 
@@ -115,7 +116,7 @@ def _read_handed_on(folder: Path, clock: Clock) -> Before | None:
         told = json.loads((folder / BEFORE).read_text(encoding="ascii"))
         kept = plain_row.unpack(Interlocks, np.array(told["kept"], np.float64))
         off_s = max(_now_s(clock) - told["ended_s"], 0.0)
-        return Before(kept, off_s, died=True, phase=told["phase"])
+        return Before(kept, off_s, told.get("died", True), told["phase"])
     except (OSError, ValueError, KeyError, TypeError, IndexError):
         return None
 

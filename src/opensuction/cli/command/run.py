@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.session.cycle.resolution import ResolvedCycle
+    from opensuction.session.cycle.cycle_run import Prepared
+    from opensuction.session.running.bus_machine import BusMachine
     from opensuction.session.running.cycle_scheduler import CycleScheduler
     from opensuction.session.running.machine import Running
     from opensuction.session.running.run import Done, RunResult
@@ -34,14 +35,17 @@ RUN_DETAILS = (
     "1 kHz, a recorder writes a recording for each cycle and puts it on record, and this command "
     "looks after them: what dies is started anew, the controller never into motion. It brings the "
     "catheter out then, and waits for a person: no other cycle is started. The person who looks at "
-    "the patient, gives oxygen and presses start between the cycles is simulated. Ctrl-C breaks a "
-    "cycle off; the catheter comes out first. Linux only."
+    "the patient, gives oxygen and presses start between the cycles is simulated. With --device "
+    "the machine is on a CANopen bus, and the controller runs at its pace. Ctrl-C breaks a cycle "
+    "off; the catheter comes out first. Linux only."
 )
 RUN_EXAMPLES = """\b
 Examples:
   opensuction run                                one cycle, now
   opensuction run --patient neonate --cycles 3 --every 5
   opensuction run --patient child --preoxygenation skipped --json
+  opensuction run --device /dev/shm/opensuction-$UID/drives/device.toml
+                                                 over a bus: opensuction drives
   opensuction ask abort                          from another terminal: stop
 
 \b
@@ -72,6 +76,7 @@ class MachineOptions(NamedTuple):
     preoxygenation: str | None = None
     name: str = "twin"
     anew: bool = False
+    bus_device: Path | None = None
     database: str | None = None
     out: Path | None = None
     as_json: bool = False
@@ -111,7 +116,7 @@ def run(options: RunOptions) -> int:
     from opensuction.session.running import cycle_scheduler, run
 
     every_s = 60.0 * options.apart_min
-    with machine_of(options.machine) as (running, out, progress):
+    with machine_of(options.machine, starts_itself=True) as (running, out, progress):
         with closing(
             cycle_scheduler.CycleScheduler(running, options.wanted, every_s, progress.tell)
         ) as made:
@@ -123,18 +128,33 @@ def run(options: RunOptions) -> int:
 
 
 @contextmanager
-def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "ProgressTeller"]]:
-    """A machine that is played, with the folder of its recordings; it is gone afterwards."""
+def machine_of(
+    options: MachineOptions, starts_itself: bool = False
+) -> Iterator[tuple["Running", Path, "ProgressTeller"]]:
+    """A machine that is played, with the folder of its recordings; it is gone afterwards.
+
+    starts_itself: cycles are started without a person.
+    """
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.session.cycle import resolution
-    from opensuction.session.running import machine
+    from opensuction.session.cycle import cycle_run, resolution
+    from opensuction.session.running import bus_machine, machine
 
     progress = ProgressTeller()
     resolved = resolution.resolve(options.choice)
     machine.check_free(options.name)
+    bus = None
+    if options.bus_device is not None:
+        bus = bus_machine.load(options.bus_device)
+        bus_machine.check_choice(bus, resolved, starts_itself)
     shown = machine.check_records(options.database)
     with delivery.reserve(options.out, options.name, private=True) as out:
-        running = _begin(options, resolved, progress)
+        prepared = progress.wait(
+            lambda: cycle_run.prepare(resolved, progress.tell, "A machine in real time"),
+            "Preparing",
+        )
+        if bus is not None:
+            bus_machine.check_prepared(bus, prepared, starts_itself)
+        running = _begin(options, prepared, bus, progress)
         progress.tell(f"Recordings: {out}; records: {shown}")
         try:
             yield running, out, progress
@@ -143,21 +163,24 @@ def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "Prog
 
 
 def _begin(
-    options: MachineOptions, resolved: "ResolvedCycle", progress: "ProgressTeller"
+    options: MachineOptions,
+    prepared: "Prepared",
+    bus: "BusMachine | None",
+    progress: "ProgressTeller",
 ) -> "Running":
-    """The machine, whose twin plays."""
+    """The machine, whose twin plays, or which is on a bus."""
     from opensuction.runtime import machine_folder
-    from opensuction.session.cycle import cycle_run
     from opensuction.session.running import machine
 
-    prepared = progress.wait(
-        lambda: cycle_run.prepare(resolved, progress.tell, "A machine in real time"), "Preparing"
-    )
     running = progress.wait(
-        lambda: machine.begin(options.name, prepared, options.database, options.anew),
-        "Starting the twin",
+        lambda: machine.begin(options.name, prepared, options.database, options.anew, bus),
+        "Starting the twin" if bus is None else "Taking the machine on the bus",
     )
-    if running.twin is None:
+    if bus is not None:
+        nodes = ", ".join(map(str, bus.device.nodes))
+        kind = "emulated drives" if bus.device.in_silico else "real drives"
+        progress.tell(f"Machine: {kind} of {options.bus_device}, nodes {nodes}")
+    elif running.twin is None:
         progress.tell("The twin of an earlier run still plays: it is taken up")
     elif running.lost is not None:
         progress.tell(running.lost.succession)
@@ -204,7 +227,7 @@ def _summarise(console: "Console", found: "RunResult") -> None:
     for refused in found.not_granted:
         console.print(f"Not granted: {refused}")
     console.print(f"Written: {found.recordings}")
-    console.print(NOTICE)
+    console.print(NOTICE if found.in_silico else NOT_A_DEVICE)
 
 
 def ask(options: AskOptions) -> int:

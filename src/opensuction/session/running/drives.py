@@ -70,18 +70,22 @@ def prepare(folder: Path, prepared: Prepared, device: Path | None) -> Drives:
     seed = prepared.resolved.equipment.seed
     chosen = device or device_file.EMULATED
     drives_process.prepare(folder, prepared.loop, prepared.start, seed, chosen)
-    found = device_file.find(folder)
-    if found.bus.interface == UNIX and not Path(found.bus.channel).is_absolute():
-        _write_address(folder / device_file.NAME, folder / found.bus.channel)
-        found = device_file.find(folder)
-    return Drives(folder, found)
+    private_file.write(folder / device_file.NAME, addressed(folder / device_file.NAME))
+    return Drives(folder, device_file.find(folder))
 
 
-def _write_address(path: Path, channel: Path) -> None:
-    """Name a bus of this computer by its whole path."""
-    content = tomllib.loads(path.read_text(encoding="utf-8"))
-    content["bus"]["channel"] = str(channel)
-    private_file.write(path, tomli_w.dumps(content))
+def addressed(path: Path) -> str:
+    """Text of a device file that names a bus of this computer by its whole path.
+
+    Raises InputError for a file that describes no machine.
+    """
+    bus = device_file.load(path).bus
+    text = path.read_text(encoding="utf-8-sig")
+    if bus.interface != UNIX or Path(bus.channel).is_absolute():
+        return text
+    content = tomllib.loads(text)
+    content["bus"]["channel"] = str(path.parent.absolute() / bus.channel)
+    return tomli_w.dumps(content)
 
 
 def play(drives: Drives, host: Host, begun: Callable[[], None]) -> None:

@@ -1,5 +1,8 @@
 """A machine in real time, from named choices: the twin that plays it, its settings, whose it is.
 
+A machine on a bus has no twin here. Its patient stays when its controller ends, and the next one
+keeps what it must know.
+
 The twin outlives whoever runs the machine, for a patient does. Where one of an earlier run still
 plays it is taken up as it is; a machine that is set otherwise is not.
 
@@ -9,6 +12,7 @@ The twin is its patient, too. Where it died nobody could bring the catheter out,
 that begins in its place has its rest, so that nobody suctions sooner by starting anew.
 """
 
+import hashlib
 import json
 import math
 from datetime import UTC, datetime
@@ -27,6 +31,8 @@ from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.compiled import as_python
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import RESTING, Phase, name_of
+from opensuction.machine import port
+from opensuction.machine.drives.emulated_machine import without_patience
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import PLAYS
 from opensuction.procedure.cycle import schedule
@@ -41,7 +47,8 @@ from opensuction.runtime.machine_folder import About
 from opensuction.safety.limits import TipInterval, deepest_mm
 from opensuction.session.cycle import resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.running import basis
+from opensuction.session.running import basis, bus_machine
+from opensuction.session.running.bus_machine import BusMachine
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin import preset
 
@@ -95,11 +102,12 @@ def find(folder: Path) -> Predecessor | None:
     before = control_process.read_before(folder)
     if before is None:
         return None
+    is_on_bus = port.kind_of(folder) == port.CANOPEN
     try:
         row = RingReader(folder / machine_folder.RING).drain().rows[-1]
     except (InputError, OSError):  # only what was handed on is left of it
-        return Predecessor(before, before.phase not in RESTING)
-    if holder(folder / PLAYS) is not None and row[VALID].any():
+        return None if is_on_bus else Predecessor(before, before.phase not in RESTING)
+    if (is_on_bus or holder(folder / PLAYS) is not None) and row[VALID].any():
         return None
     return Predecessor(before, _was_inside(folder, row))
 
@@ -115,14 +123,14 @@ def _was_inside(folder: Path, row: "np.ndarray[tuple[int, ...], np.dtype[np.floa
     return not DEEPEST_MM(limits.tip, tip) <= limits.outside_mm
 
 
-def hand_on(folder: Path, lost: Predecessor) -> None:
-    """Have the next controller in a folder keep what the lost one knew of its patient.
+def replaced(lost: Predecessor) -> Before:
+    """State that the next controller keeps of a lost machine and its patient.
 
     Where the tip was inside it halts, says so, and waits for a person. The catheter is another one.
     """
     kept = lost.before.kept._replace(catheter_age_s=NEW_CATHETER_S)
     phase = Phase.ABORTING if lost.was_inside else Phase.PARKED
-    control_process.hand_on(folder, lost.before._replace(kept=kept, phase=phase))
+    return lost.before._replace(kept=kept, phase=phase)
 
 
 ENDS_S = 5.0
@@ -143,6 +151,13 @@ class Running(NamedTuple):
     """Process that plays it; None where an earlier run left it."""
     lost: Predecessor | None = None
     """The machine in whose place it has begun."""
+    bus: BusMachine | None = None
+    """The machine on a bus that it is; None: the twin."""
+
+    @property
+    def in_silico(self) -> bool:
+        """Nothing moves but numbers."""
+        return self.about.machine.is_twin
 
     @property
     def side(self) -> MachineSide:
@@ -151,6 +166,10 @@ class Running(NamedTuple):
 
     def end(self) -> None:
         """The catheter comes out, and then the patient is gone. Raises InputError: it is not."""
+        if self.bus is not None:
+            end(self.folder)
+            _clear_on_bus(self.folder)
+            return
         lost = find(self.folder)
         end(self.folder)
         if self.twin is not None:
@@ -158,12 +177,19 @@ class Running(NamedTuple):
         _clear(self.folder, lost)
 
     def ventilate(self, full: bool) -> None:
-        """Set the ventilator to 100 % oxygen as a person does, or back to what it was before."""
-        side = self.side
+        """Set the ventilator to 100 % oxygen as a person does, or back to what it was before.
+
+        Nothing is set where no twin is known behind the nodes of a bus.
+        """
+        folder, side = self.folder, self.side
+        if self.bus is not None:
+            if self.bus.twin is None:
+                return
+            folder, side = self.bus.twin, without_patience(side)
         if full:
             machine = preset.ventilate(side.machine, resolution.FULL_RATIO)
             side = side._replace(machine=machine)
-        twin_machine.change(self.folder, side)
+        twin_machine.change(folder, side)
 
 
 def check_records(database: str | None) -> str:
@@ -180,8 +206,14 @@ def check_free(name: str) -> Path:
     return folder
 
 
-def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Running:
-    """Have the twin play in the machine's folder.
+def begin(
+    name: str,
+    prepared: Prepared,
+    database: str | None,
+    anew: bool,
+    bus: BusMachine | None = None,
+) -> Running:
+    """Have the twin play in the machine's folder, or lay a machine on a bus into it.
 
     anew: end what an earlier run has left, its twin included. Raises InputError where that is in
     the way, or where the twin does not play.
@@ -191,18 +223,29 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     if anew:
         end(folder)
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
-    if holder(folder / PLAYS) is not None:
-        _check_same(name, folder, chosen)
-        return Running(name, folder, prepared, machine_folder.read(folder), None)
-    if holder(folder / machine_folder.CONTROLS) is not None:
+    begun_with = _begun_with(chosen, bus)
+    plays = holder(folder / PLAYS) is not None
+    controls = holder(folder / machine_folder.CONTROLS) is not None
+    if plays or (controls and port.kind_of(folder) == port.CANOPEN):
+        _check_same(name, folder, begun_with)
+        return Running(name, folder, prepared, machine_folder.read(folder), None, bus=bus)
+    if controls:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
-    lost = None if anew else find(folder)
-    _clear(folder, lost)
+    lost = None
+    if bus is not None:
+        _clear_on_bus(folder, forgets=anew)
+    else:
+        had_twin = port.kind_of(folder) == port.TWIN
+        lost = find(folder) if had_twin and not anew else None
+        _clear(folder, lost)
     launch.configure(folder, chosen)
-    told = _about(name, prepared, database)
+    told = _about(name, prepared, database, bus)
     machine_folder.write(folder, told)
     basis.write(folder, basis.of(prepared))
-    private_file.write(folder / machine_folder.BEGUN_WITH, configuration.hash_of(chosen))
+    private_file.write(folder / machine_folder.BEGUN_WITH, begun_with)
+    if bus is not None:
+        bus_machine.lay(folder, bus)
+        return Running(name, folder, prepared, told, None, bus=bus)
     seed = prepared.resolved.equipment.seed
     twin = twin_machine.start(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin, lost)
@@ -212,7 +255,28 @@ def _clear(folder: Path, lost: Predecessor | None) -> None:
     """Empty the folder but for what the next machine must keep of one that was lost."""
     machine_folder.clear(folder)
     if lost is not None:
-        hand_on(folder, lost)
+        control_process.hand_on(folder, replaced(lost))
+
+
+def _clear_on_bus(folder: Path, forgets: bool = False) -> None:
+    """Empty the folder but for what the next controller must know of the patient on the bus.
+
+    forgets: it shall know nothing. What a twin has left there is of another patient.
+    """
+    keeps = not forgets and port.kind_of(folder) == port.CANOPEN
+    before = control_process.read_before(folder) if keeps else None
+    machine_folder.clear(folder)
+    port.name_backend(folder, port.CANOPEN)
+    if before is not None:
+        control_process.hand_on(folder, before)
+
+
+def _begun_with(chosen: Configuration, bus: BusMachine | None) -> str:
+    """Hash of settings and device file."""
+    settings = configuration.hash_of(chosen)
+    if bus is None:
+        return settings
+    return hashlib.sha256(f"{settings}\n{bus.text}".encode()).hexdigest()
 
 
 def _drop_console(folder: Path) -> None:
@@ -222,7 +286,7 @@ def _drop_console(folder: Path) -> None:
     Heartbeat(folder).end(Process.CONSOLE)
 
 
-def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
+def _check_same(name: str, folder: Path, wanted: str) -> None:
     """Check that a machine left by an earlier run is the wanted one; raises InputError.
 
     What people have set on it since stays as they set it.
@@ -231,14 +295,14 @@ def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
         begun_with = (folder / machine_folder.BEGUN_WITH).read_text(encoding="ascii")
     except (OSError, UnicodeDecodeError):
         begun_with = ""
-    if begun_with != configuration.hash_of(chosen):
+    if begun_with != wanted:
         raise InputError(
             f"the machine '{name}' of an earlier run still plays, with other settings: give the "
             "options of that run to take it up, another --name, or --anew to end it"
         )
 
 
-def _about(name: str, prepared: Prepared, database: str | None) -> About:
+def _about(name: str, prepared: Prepared, database: str | None, bus: BusMachine | None) -> About:
     resolved, site = prepared.resolved, prepared.rig.site
     used, choice = resolved.equipment, resolved.choice
     label = f"{name}-{datetime.now(tz=UTC):%Y%m%dT%H%M%S}"
@@ -247,8 +311,11 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
     if resolved.parameter_file is not None:
         path = Path(choice.compensation)
         parameters = SettingsFile(path.name, path.read_text(encoding="utf-8"))
+    is_twin = bus is None or bus.device.in_silico
+    has_twin_patient = is_twin and used.patient_name is not None
+    device = {} if bus is None else {"device": bus.device.name}
     return About(
-        machine=Machine(name, used.machine_name, is_twin=True),
+        machine=Machine(name, used.machine_name, is_twin),
         catheter=Catheter(
             label,
             size_fr=round(FRENCH_PER_MM * site.catheter_mm),
@@ -256,7 +323,7 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
         ),
         protocol=SettingsFile(Path(resolved.protocol_name).name, protocol),
         approach=choice.approach,
-        patient=None if used.patient is None else f"twin-{used.patient_name}-{used.seed}",
+        patient=f"twin-{used.patient_name}-{used.seed}" if has_twin_patient else None,
         parameter_file=parameters,
         database=_absolute(database),
         heading={
@@ -268,6 +335,7 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
             "approach": choice.approach,
             "compensation": str(choice.compensation),
             "seed": str(used.seed),
+            **device,
         },
     )
 

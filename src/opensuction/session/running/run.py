@@ -295,7 +295,7 @@ def sum_up(running: Running, done: Done, out: Path, database: str | None) -> Run
         tick_us=TickTime(*(1e6 * done.tally.computed_s(share) for share in (0.99, 0.999, 1.0))),
         recordings=str(out),
         database=shown,
-        in_silico=True,
+        in_silico=running.in_silico,
         wall_s=time.monotonic() - done.began_s,
     )
 
