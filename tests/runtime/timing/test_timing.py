@@ -23,6 +23,8 @@ COMPUTED_US = 200.0
 """Longest that a tick may compute, but for one in a thousand."""
 MORE_PERCENT = 0.2
 """Of the ticks that may be missed, beyond what a bare loop misses on the same machine."""
+BUS_PERCENT = {250: 0.1, 500: 0.5}
+"""Of the periods that may be missed over a bus, by the rate in Hz."""
 GROWN_KB = 256
 """Memory that is still flat: what Python keeps of keys and names that it has heard."""
 
@@ -81,3 +83,22 @@ def test_ten_minutes_keep_the_figures(tmp_path: Path, hertz: int) -> None:
     assert_flat(figures)
     assert figures.computed.p99_9_us < COMPUTED_US
     assert figures.loop.percent <= figures.bare.percent + MORE_PERCENT
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("hertz", BUS_PERCENT)
+def test_ten_minutes_over_a_bus_keep_the_figures(tmp_path: Path, hertz: int) -> None:
+    """Two processes on a computer that does little else; figures to runs/soak."""
+    run = timing_run.run(tmp_path, 600.0, 1000 * MS // hertz, on_bus=True)
+    figures = timing_figures.find(run)
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    told = {**timing_figures.to_json(figures), "bus": run.bus}
+    path = FOLDER / f"bus-{hertz}-hz.json"
+    path.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    assert_accounts(run, 1.0 / hertz)
+    assert figures.cycles_done > 0
+    assert_harmless(figures)
+    assert figures.loop.percent <= BUS_PERCENT[hertz]
+    assert run.ticks["loop.skipped"].max() < 2  # never two in a row
+    assert figures.tripped == ()
+    assert figures.alone_s == 0.0

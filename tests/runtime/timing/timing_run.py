@@ -2,7 +2,9 @@
 
 Twin, controller and recorder as processes, a neonate suctioned again and again; beside them a loop
 of plain Python that takes what a core gives, and a bare sleeping loop of the same scheduler class,
-which shows what the machine lets any loop keep. `timing_figures` says what came of it.
+which shows what the machine lets any loop keep. Or the same over a bus: emulated drives in place
+of the twin's process, nothing that keeps the machine busy, and an observer of the bus.
+`timing_figures` says what came of it.
 """
 
 import json
@@ -20,10 +22,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from opensuction.controller.configuration import Configuration
+from opensuction.host.host import NS_PER_S, Child
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import EventReader, RingReader
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import RESTING
+from opensuction.machine import port
+from opensuction.machine.canopen import device_file
+from opensuction.machine.drives import drives_process
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.oracle import exposure
@@ -34,8 +41,11 @@ from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
+from tests.runtime.machine_room import wait
 
 BARE = Path(__file__).with_name("bare_loop.py")
+OBSERVER = Path(__file__).with_name("bus_observer.py")
+DRIVES = "opensuction.machine.drives.drives_process"
 BUSY = "while True: pass"
 REST_S = 2.0
 """Between two passes, instead of the three minutes that a patient has: cycles are what is timed."""
@@ -84,6 +94,8 @@ class TimingRun(NamedTuple):
     """Of the machine, averaged over a minute, each `SAMPLE_S`."""
     stolen_percent: float
     """Of the processors' time what their host gave to others."""
+    bus: dict[str, Any] | None = None
+    """As `bus_observer` says; None without a bus."""
 
 
 class Follower:
@@ -161,14 +173,34 @@ def _process(command: list[str]) -> Iterator[subprocess.Popen[bytes]]:
         process.wait()
 
 
+def _start_drives(folder: Path, loop: Loop, state: LoopState, period_ns: int) -> Child:
+    """Emulated drives, which play."""
+    text = device_file.EMULATED.read_text(encoding="utf-8")
+    usual = "period_s = 0.004 "
+    assert text.count(usual) == 1
+    given = folder / "given.toml"
+    given.write_text(text.replace(usual, f"period_s = {period_ns / NS_PER_S} "), encoding="utf-8")
+    drives_process.prepare(folder, loop, state, 1, given)
+    port.name_backend(folder, port.CANOPEN)
+    process = THIS_COMPUTER.processes.spawn(DRIVES, (str(folder),), folder / "drives.log")
+    shown = folder / SHOWN
+    assert wait(lambda: shown.exists() and RingReader(shown).newest() > 0, 300.0)
+    return process
+
+
 @contextmanager
-def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int) -> Iterator[int]:
-    """Twin, controller and recorder; the controller's process number."""
+def _machine(
+    folder: Path, out: Path, loop: Loop, state: LoopState, period: int, on_bus: bool
+) -> Iterator[int]:
+    """Twin or drives, controller and recorder; the controller's process number."""
     processes = []
     try:
         launch.configure(folder, Configuration(loop.controller, loop.heads_mm))
         machine_folder.write(folder, ABOUT._replace(database=str(folder / "records.db")))
-        processes.append(twin_machine.start(folder, loop, state, seed=1))
+        if on_bus:
+            processes.append(_start_drives(folder, loop, state, period))
+        else:
+            processes.append(twin_machine.start(folder, loop, state, seed=1))
         processes.append(launch.start_control(folder, period))
         processes.append(launch.start_recorder(folder, out))
         yield processes[1].pid
@@ -178,14 +210,20 @@ def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int)
             process.wait()
 
 
-def run(out: Path, seconds: float, period_ns: int) -> TimingRun:
-    """Let it run for so long. out: where the recorder may write."""
+def run(out: Path, seconds: float, period_ns: int, on_bus: bool = False) -> TimingRun:
+    """Let it run for so long. out: where the recorder may write. on_bus: over drives on a bus."""
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
     loop, state = hurried(REST_S)
     try:
         with ExitStack() as stack:
-            control = stack.enter_context(_machine(folder, out, loop, state, period_ns))
-            stack.enter_context(_process([sys.executable, "-c", BUSY]))
+            made = _machine(folder, out, loop, state, period_ns, on_bus)
+            control = stack.enter_context(made)
+            heard, observer = folder / "observed.json", None
+            if on_bus:
+                command = [sys.executable, str(OBSERVER), str(folder), str(heard)]
+                observer = stack.enter_context(_process(command))
+            else:
+                stack.enter_context(_process([sys.executable, "-c", BUSY]))
             told = folder / "bare.json"
             command = [sys.executable, str(BARE), str(told), str(period_ns)]
             bare = stack.enter_context(_process(command))
@@ -193,7 +231,12 @@ def run(out: Path, seconds: float, period_ns: int) -> TimingRun:
             found = _watch(folder, loop, seconds, control, person)
             bare.terminate()
             bare.wait(10.0)
-            return found._replace(bare=json.loads(told.read_text(encoding="utf-8")))
+            found = found._replace(bare=json.loads(told.read_text(encoding="utf-8")))
+            if observer is not None:
+                observer.terminate()
+                observer.wait(10.0)
+                found = found._replace(bus=json.loads(heard.read_text(encoding="utf-8")))
+            return found
     finally:
         shutil.rmtree(folder)
 
