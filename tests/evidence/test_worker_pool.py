@@ -4,13 +4,16 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from opensuction.evidence import worker_pool
 
-WAITS = "print('working', flush=True) or __import__('threading').Event().wait()"
+WAITS = "__import__('os').write(1, b'working\\n') and __import__('threading').Event().wait()"
+"""One write for the line: two processes share the pipe, and Python may write without a buffer."""
 
 
 def test_answers_come_in_the_order_of_the_tasks() -> None:
@@ -49,6 +52,24 @@ def test_a_task_that_kills_every_process_ends_the_work() -> None:
     assert len(warned) == 2
 
 
+@contextmanager
+def begun(program: str, folder: Path) -> Iterator["subprocess.Popen[str]"]:
+    """A program whose two processes work; it is gone afterwards, whatever came of it."""
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stderr is not None
+            assert [process.stderr.readline() for _ in range(2)] == ["working\n"] * 2
+            yield process
+        finally:
+            process.kill()
+
+
 def test_a_signal_ends_the_processes_before_it_is_heard_of(tmp_path: Path) -> None:
     program = (
         "import os, signal\n"
@@ -64,15 +85,7 @@ def test_a_signal_ends_the_processes_before_it_is_heard_of(tmp_path: Path) -> No
         "    except ChildProcessError:\n"
         "        print('no process is left')\n"
     )
-    with subprocess.Popen(
-        [sys.executable, "-c", program],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        assert process.stderr is not None
-        assert [process.stderr.readline() for _ in range(2)] == ["working\n"] * 2
+    with begun(program, tmp_path) as process:
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=60)[0] == "no process is left\n"
 
@@ -82,11 +95,8 @@ def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
         "from opensuction.evidence import worker_pool; "
         f"worker_pool.spread(eval, [{WAITS!r}] * 2, 2)"
     )
-    with subprocess.Popen(
-        [sys.executable, "-c", program], cwd=tmp_path, stderr=subprocess.PIPE, text=True
-    ) as process:
+    with begun(program, tmp_path) as process:
         assert process.stderr is not None
-        assert [process.stderr.readline() for _ in range(2)] == ["working\n"] * 2
         process.kill()
         assert process.stderr.read() == ""  # ends when both of its processes have gone
 
