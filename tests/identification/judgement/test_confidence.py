@@ -201,6 +201,13 @@ def test_noise_is_summed_as_scipys_filters_do_to_the_last_digit(correlation: flo
     np.testing.assert_array_equal(confidence._noise_slope(columns, correlation), forth + back)
 
 
+def test_ratio_of_gamma_functions_half_apart() -> None:
+    places = np.array([0.5, 1.0, 1.75, 4.0, 15.5, 80.0])
+    there = [math.gamma(place + 0.5) / math.gamma(place) for place in places]
+    np.testing.assert_allclose(confidence._gamma_ratio(places), there, rtol=1e-13)
+    assert confidence._gamma_ratio(np.array([1e8]))[0] == pytest.approx(1e4, rel=1e-8)
+
+
 def test_quantiles_are_those_of_student() -> None:
     freedom = np.array([2.0, 2.1, 3.0, 5.0, 10.0, 33.3, 100.0, 1e3, 1e4, 1e5])
     there = stdtrit(freedom, 0.975)
