@@ -168,8 +168,10 @@ class Signals {
       Object.assign(figures, { since_ms: now_ms, rowsThen: figures.rows, framesThen: figures.frames });
       this.happened.update();
     }
-    if (!isDue && state === this.said && window.isLive === this.saidLive) return;
+    const hasCome = this.buffer.next > 0 && !this.saidRows; // who comes here need not wait for the first rate
+    if (!isDue && !hasCome && state === this.said && window.isLive === this.saidLive) return;
     this.said = state;
+    this.saidRows = this.buffer.next > 0;
     this.saidLive = window.isLive;
     say(this.status, this.stateWords(state));
     mark(this.element, "data-state", state);
@@ -184,7 +186,8 @@ class Signals {
     if (state === "late") return fill(words.late, { s: this.late_s.toFixed(0) });
     if (state === "silent") return fill(words.silent, { s: Math.floor(this.stream.silent_s) });
     if (!this.window.isLive) return fill(words.paused, { s: Math.round(this.window.frozen.buffer.last_s - this.window.frozen.buffer.first_s) });
-    return this.rate && this.buffer.next ? fill(words.live, this.rate) : words.begins;
+    if (this.buffer.next === 0) return words.begins;
+    return this.rate ? fill(words.live, this.rate) : words.first;
   }
 
   lackWords() {

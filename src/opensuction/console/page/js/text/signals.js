@@ -23,6 +23,7 @@ export default {
   origins: { measured: "measured", commanded: "commanded", estimated: "estimated", decided: "controller" },
   state: {
     begins: "Waiting for the first rows",
+    first: "Live: counting the rows",
     live: "Live: {rows} rows/s, {frames} pictures/s",
     paused: "Paused. What you see is not now; {s} s are kept.",
     late: "These signals come {s} s late: the connection is too slow. What you see is not now.",
