@@ -44,8 +44,7 @@ Examples:
   opensuction run                                one cycle, now
   opensuction run --patient neonate --cycles 3 --every 5
   opensuction run --patient child --preoxygenation skipped --json
-  opensuction run --device /dev/shm/opensuction-$UID/drives/device.toml
-                                                 over a bus: opensuction drives
+  opensuction run --device device.toml           drives on a bus, as emulated
   opensuction ask abort                          from another terminal: stop
 
 \b
