@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,6 @@ from opensuction.machine.canopen.frame_bus import open_bus
 from opensuction.machine.canopen.objects import Communication
 from opensuction.machine.canopen.stepped_network import SteppedNetwork
 from opensuction.runtime import control_process, machine_folder
-from tests.cli import command
 from tests.cli.command import begun, opensuction, wait_for
 
 pytestmark = pytest.mark.real_time
@@ -35,16 +35,14 @@ def test_a_device_file_that_is_none_is_refused_before_anything_begins(tmp_path: 
         drives(DrivesOptions(device=tmp_path / "none.toml"))
 
 
-def play(name: str, *options: str, cwd: Path) -> tuple[command.Process, Path]:
-    """Drives that play, and the device file for a controller."""
-    process = begun("drives", *options, "--name", name, cwd=cwd)
+@pytest.fixture(scope="module")
+def drives_file(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Device file, for a controller, of drives that play until they are interrupted."""
+    cwd = tmp_path_factory.mktemp("drives")
+    process = begun("drives", *NEONATE, "--name", own_name(), cwd=cwd)
     said = wait_for("Ctrl-C takes them off the bus", process.stderr)
     (path,) = (Path(line[len(FILE) :]) for line in said.splitlines() if line.startswith(FILE))
-    return process, path
-
-
-def end(process: command.Process, path: Path) -> None:
-    """Interrupt drives, which leave nothing."""
+    yield path
     process.send_signal(signal.SIGINT)
     said = process.communicate(timeout=60.0)[1]
     assert process.returncode == 0, said
@@ -54,9 +52,8 @@ def end(process: command.Process, path: Path) -> None:
 
 
 @pytest.mark.sweep
-def test_any_master_finds_them_until_they_are_interrupted(tmp_path: Path) -> None:
-    process, path = play(own_name(), "--machine", "bench", cwd=tmp_path)
-    device = device_file.load(path)
+def test_any_master_finds_them(drives_file: Path, tmp_path: Path) -> None:
+    device = device_file.load(drives_file)
     network = SteppedNetwork(
         open_bus(device.bus, THIS_COMPUTER, "master", tmp_path), THIS_COMPUTER.clock
     )
@@ -64,19 +61,18 @@ def test_any_master_finds_them_until_they_are_interrupted(tmp_path: Path) -> Non
         node = network.add_remote(number, timeout_s=5.0)
         assert node.sdo.upload(Communication.IDENTITY, 1) == bytes([1, 0, 0xAF, 0])
     network.disconnect()
-    end(process, path)
 
 
 @pytest.mark.sweep
-def test_a_cycle_is_run_over_the_bus_recorded_and_replayed(tmp_path: Path) -> None:
-    process, path = play(own_name(), *NEONATE, cwd=tmp_path)
+def test_a_cycle_is_run_over_the_bus_recorded_and_replayed(
+    drives_file: Path, tmp_path: Path
+) -> None:
     name = own_name()
     ran = opensuction(
-        *("run", *NEONATE, "--device", str(path), "--name", name, "--json"),
+        *("run", *NEONATE, "--device", str(drives_file), "--name", name, "--json"),
         *("--database", "ward.db", "--out", "kept"),
         cwd=tmp_path,
     )
-    end(process, path)
     data = json.loads(ran.stdout)
     (cycle,) = data["cycles"]
     assert (cycle["outcome"], cycle["detail"]) == ("completed", ""), ran.stderr

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -58,21 +58,14 @@ class Machine(NamedTuple):
     """It is back, with the head at home."""
 
 
-def machines(on_a_bus: pytest.MarkDecorator) -> list[Any]:
-    """Each machine. on_a_bus: where the one on a bus is tried."""
-    return [
-        pytest.param(None, id="twin"),
-        pytest.param(PLAUSIBLE, id="twin-on-a-bus", marks=on_a_bus),
-    ]
+MACHINES = [
+    pytest.param(None, id="twin"),
+    pytest.param(PLAUSIBLE, id="twin-on-a-bus", marks=pytest.mark.soak),
+]
+"""Each machine. The bus carries each message alike."""
 
 
-one_kind = pytest.mark.parametrize(
-    "machine", machines(pytest.mark.soak), indirect=True, scope="module"
-)
-"""The bus carries each message alike: where a test takes seconds, one machine is enough."""
-
-
-@pytest.fixture(scope="module", params=machines(pytest.mark.sweep))
+@pytest.fixture(scope="module", params=MACHINES)
 def machine(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Machine]:
@@ -167,7 +160,6 @@ def test_it_says_what_it_is(port: Port) -> None:
     assert json.loads(told[DESCRIPTION])["most"] == facts.most
 
 
-@one_kind
 def test_it_has_what_it_claims(machine: Machine, port: Port) -> None:
     has, kind, folder = port.facts.capabilities, machine_port.load(machine.folder), machine.folder
     assert kind.capabilities_of(folder) == has
@@ -176,7 +168,6 @@ def test_it_has_what_it_claims(machine: Machine, port: Port) -> None:
     assert has.taught_by_hand or not has.simulated_hand
 
 
-@one_kind
 def test_its_readings_are_new_with_each_of_its_periods(port: Port) -> None:
     readings = np.empty(len(COLUMNS))
     first, begun = port.read(readings), time.monotonic()
@@ -194,7 +185,6 @@ def test_it_obeys(port: Port) -> None:
     assert read(port, "head_mm") > before + 5.0
 
 
-@one_kind
 def test_without_commands_it_comes_home_by_itself(port: Port) -> None:
     drive(port, 1.0, insertion_v=20.0, insertion_on=1.0)
     inside = read(port, "head_mm")
@@ -237,7 +227,6 @@ def speed_mm_per_s(port: Port, volts: float) -> float:
 
 
 @pytest.mark.sweep
-@one_kind
 @pytest.mark.parametrize("times", [10.0, pytest.param(1e300, marks=pytest.mark.soak)])
 def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: float) -> None:
     most_v = port.facts.most["commands.insertion_v"]
@@ -253,7 +242,6 @@ def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: f
 
 
 @pytest.mark.sweep
-@one_kind
 @pytest.mark.parametrize(
     ("every", "first"),
     [(5, 0), *(pytest.param(1, each, marks=pytest.mark.soak) for each in (0, 1, 2))],
@@ -284,7 +272,6 @@ def test_a_command_with_anything_in_it_that_is_no_number_is_none(
 
 
 @pytest.mark.sweep
-@one_kind
 def test_what_one_controller_has_left_is_not_obeyed_for_the_next(
     machine: Machine, port: Port
 ) -> None:
@@ -301,7 +288,6 @@ def test_what_one_controller_has_left_is_not_obeyed_for_the_next(
 
 
 @pytest.mark.sweep
-@one_kind
 def test_a_second_controller_is_refused_and_the_first_one_goes_on(
     machine: Machine, port: Port
 ) -> None:
@@ -314,7 +300,6 @@ def test_a_second_controller_is_refused_and_the_first_one_goes_on(
         assert read(port, "head_mm") > before + 1.0
 
 
-@one_kind
 def test_a_machine_that_was_started_again_is_read_again_and_obeys_who_starts_anew(
     machine: Machine, port: Port
 ) -> None:
