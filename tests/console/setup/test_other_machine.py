@@ -72,6 +72,14 @@ def test_a_person_s_own_hand_teaches_without_a_simulated_one(taught: Served) -> 
     ]
 
 
+def test_no_simulated_machine_is_identified_in_place_of_a_real_one(bare: Served) -> None:
+    sent = {"reason": "a new conduit", "version": 0, "key": uuid4().hex}
+    answer = bare.client("engineer").post("/api/v1/identification", json=sent)
+    assert answer.status_code == 409, answer.text
+    assert "this machine is real" in answer.json()["detail"]
+    assert get(bare, "/identification")["runs"] == []
+
+
 def test_a_controller_of_an_older_version_describes_none_and_its_machine_is_a_twin(
     console: Served,
 ) -> None:

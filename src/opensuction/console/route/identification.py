@@ -83,6 +83,7 @@ def begin_identification(
 ) -> dict[str, Any]:
     """Excite a simulated machine of this kind; the one at the bed is not moved."""
     reason = check_reason(body.reason)
+    machine_identification.check_simulated(site)
     found = change.basis_of(site)
     detail = f"a simulated machine of this kind; reason: {reason}"
     change.record(site, who.account, "identify-kind", detail, body.key)

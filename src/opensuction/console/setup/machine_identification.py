@@ -59,6 +59,16 @@ MEASURED = (
 )
 
 
+def check_simulated(site: ConsoleContext) -> None:
+    """Refuse to simulate in place of a machine that is real; raises Problem 409."""
+    if not site.about().machine.is_twin:
+        raise Problem(
+            409,
+            "this machine is real, and a simulated one says nothing of its transmission: begin it "
+            "with --compensation and a parameter file of its own",
+        )
+
+
 class IdentificationJob(NamedTuple):
     """One identification."""
 
