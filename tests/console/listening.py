@@ -12,6 +12,7 @@ from fastapi import FastAPI
 
 from opensuction.console.console_process import Server, make_server
 from opensuction.console.guard.limits import USUAL, Limits
+from opensuction.session.running import console_settings
 from tests.console.served import HOST, Served, free_port, served
 
 ENDS_S = 10.0
@@ -33,7 +34,7 @@ def listening_app(app: FastAPI, port: int, context: SSLContext | None = None) ->
 
     Whoever connects before it has started waits in the socket's queue.
     """
-    with socket.create_server((HOST, port)) as listening:
+    with console_settings.listen(HOST, port) as listening:
         server = make_server(app, context)
         thread = threading.Thread(target=_run, args=(server, listening), daemon=True)
         thread.start()

@@ -6,7 +6,6 @@ a test changes while the page looks at it.
 
 import asyncio
 import contextlib
-import socket
 import threading
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
@@ -27,6 +26,7 @@ from opensuction.console.route import machine as machine_route
 from opensuction.console.route import request as request_route
 from opensuction.report import wording
 from opensuction.safety.condition import Condition
+from opensuction.session.running import console_settings
 
 PAGE = str(files("opensuction").joinpath("console", "page"))
 POLICY = (
@@ -367,7 +367,7 @@ class FakeServer:
 @contextlib.contextmanager
 def serve() -> Iterator[FakeServer]:
     """A server, as long as it is wanted. Whoever connects before it works waits in the queue."""
-    with socket.create_server(("127.0.0.1", 0)) as listening:
+    with console_settings.listen("127.0.0.1", 0) as listening:
         front = FakeServer(f"http://127.0.0.1:{listening.getsockname()[1]}/")
         config = uvicorn.Config(front, log_level="error", ws="websockets-sansio", lifespan="off")
         server = uvicorn.Server(config)

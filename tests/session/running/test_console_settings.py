@@ -89,6 +89,15 @@ def test_a_port_that_is_taken_is_said_in_one_line(tmp_path: Path) -> None:
             console_settings.find_place(tmp_path, "127.0.0.1", port)
 
 
+def test_what_is_sent_on_a_connection_waits_for_no_acknowledgement() -> None:
+    with (
+        console_settings.listen("127.0.0.1", 0) as listening,
+        socket.create_connection(listening.getsockname()),
+        listening.accept()[0] as accepted,
+    ):
+        assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
 def test_an_address_that_this_computer_has_not_is_said(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nothing can listen at 192\.0\.2\.1"):
         console_settings.find_place(tmp_path, "192.0.2.1", 8080)
