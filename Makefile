@@ -67,7 +67,8 @@ $(ENVIRONMENT):
 	@$(PYTHON) -c 'import ensurepip, venv' 2> /dev/null || { echo "Python's venv module is missing; install it, for example: apt-get install python3-venv" >&2; exit 1; }
 	@echo "Creating .venv and installing the pinned dependencies (once, one to three minutes) ..."
 	@$(PYTHON) -m venv --clear .venv
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-input --require-hashes -r requirements.lock
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-input --no-compile --require-hashes -r requirements.lock
+	@$(BIN)/python -m compileall -qq -j 0 -x '/tests?/' .venv/lib || true
 	@touch $@
 
 $(PACKAGE): $(ENVIRONMENT)
