@@ -1,7 +1,8 @@
 """Both stages of the tests: ``python -m tests.stage -m EXPRESSION [pytest's options]``.
 
 Stage one: what depends on no clock, on all cores. Stage two: the tests in real time, one after the
-other with nothing beside them. At the end one line in pytest's own form sums up both.
+other with nothing beside them. At the end one line in pytest's own form sums up both. With
+``--benchmarks`` each benchmark runs once in stage one, without a time.
 """
 
 import argparse
@@ -27,12 +28,16 @@ STAGES = {
     "2 of 2, in real time, one after the other": (REAL_TIME, ("-p", "no:xdist")),
 }
 """Title of each: its tests, and how they are run."""
+NO_BENCHMARKS = ("-p", "no:benchmark")
+BENCHMARKS = ("--benchmark-disable", "benchmarks", "src", "tests")
+"""The benchmarks first: what they compile is there for the tests."""
 
 
 def main(arguments: list[str]) -> int:
     """Run both; 0 where nothing failed, else pytest's exit status of the first that did."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("-m", dest="expression", default="")
+    parser.add_argument("--benchmarks", action="store_true")
     asked, others = parser.parse_known_args(arguments)
     counts: Counter[str] = Counter()
     failed: list[str] = []
@@ -43,8 +48,9 @@ def main(arguments: list[str]) -> int:
             _say(f"Stage {title}:")
             expression = f"({asked.expression}) and {own}" if asked.expression else own
             result = Path(folder) / "result.json"
-            command = [sys.executable, "-m", "pytest", "-m", expression, "-p", "no:benchmark"]
-            command += [*options, *others, *_files(own, others)]
+            command = [sys.executable, "-m", "pytest", "-m", expression, *options, *others]
+            command += BENCHMARKS if asked.benchmarks and own != REAL_TIME else NO_BENCHMARKS
+            command += _files(own, others)
             ran = subprocess.run(command, env=_environment(result), check=False)
             statuses.append(ran.returncode)
             if not result.exists():  # it was interrupted, or misunderstood what was asked

@@ -18,7 +18,7 @@ from tests.console.served import PEOPLE, Served
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser, pytest.mark.sweep]
+pytestmark = [pytest.mark.browser, pytest.mark.sweep]
 
 SAID_MS = 4000
 """For so long a page says what came of a button."""
@@ -58,6 +58,7 @@ def hold_start(page: "Page") -> None:
     page.keyboard.up("Enter")
 
 
+@pytest.mark.real_time
 def test_a_clinician_starts_and_a_start_that_is_refused_says_why(beside: Beside) -> None:
     page, machine = beside.page, beside.served.machine
     sign_in(beside, "clinician")
@@ -73,6 +74,7 @@ def test_a_clinician_starts_and_a_start_that_is_refused_says_why(beside: Beside)
     expect(page.locator(".start-why")).to_contain_text("no travel length has been set")
 
 
+@pytest.mark.real_time
 def test_anybody_stops(beside: Beside) -> None:
     page, machine = beside.page, beside.served.machine
     machine.set({"outputs.phase": float(Phase.INSERTING)})
@@ -128,6 +130,7 @@ def test_a_catheter_that_is_left_inside_is_drawn_and_told(beside: Beside) -> Non
     expect(page.locator(".tip .figure")).to_have_text("30")
 
 
+@pytest.mark.real_time
 def test_a_machine_that_dies_is_told_within_two_seconds(beside: Beside) -> None:
     page = beside.page
     beside.served.machine.stop()

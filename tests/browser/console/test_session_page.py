@@ -214,7 +214,6 @@ def test_who_signs_out_leaves_no_dialog_behind(bedside: Bedside) -> None:
 
 
 @pytest.mark.sweep
-@pytest.mark.real_time
 @pytest.mark.parametrize(
     ("left_name", "right_name"),
     [
@@ -248,7 +247,6 @@ def test_two_machines_of_one_computer_sign_nobody_out_of_each_other(
 
 
 @pytest.mark.sweep
-@pytest.mark.real_time
 def test_a_second_tab_of_one_browser_tells_the_first_whose_it_is(
     chromium: "Browser", tmp_path: Path
 ) -> None:
@@ -286,7 +284,6 @@ def engineer(chromium: "Browser", console: Served) -> Iterator[Page]:
 
 
 @pytest.mark.sweep
-@pytest.mark.real_time
 @pytest.mark.parametrize("part", RUNNING)
 def test_what_a_page_of_history_asks_for_again_keeps_no_session_alive(
     engineer: Page, part: str
@@ -307,7 +304,6 @@ def test_what_a_page_of_history_asks_for_again_keeps_no_session_alive(
 
 
 @pytest.mark.sweep
-@pytest.mark.real_time
 def test_a_stream_of_signals_comes_back_as_one_that_nobody_asked_for(engineer: Page) -> None:
     asked: list[str] = []
 
@@ -322,7 +318,6 @@ def test_a_stream_of_signals_comes_back_as_one_that_nobody_asked_for(engineer: P
 
 
 @pytest.mark.sweep
-@pytest.mark.real_time
 def test_a_stream_that_is_refused_has_the_page_look_at_its_session(
     engineer: Page, console: Served
 ) -> None:

@@ -32,7 +32,7 @@ PAUSES_S = {False: 0.08, True: 0.5}
 """Between two presses: by a new connection each, somewhat more seldom than those of one address may
 press (`Limits.new_presses`), and by a kept one, as often as a person does."""
 SETTLES_S = 2.0
-LASTS_S = 20.0
+LASTS_S = 16.0
 """How long the short run presses: of two hundred presses the 99th percentile is the third slowest,
 of fifty it was the slowest or nearly so."""
 

@@ -5,8 +5,9 @@ itself. The oracle judges by the twin's truth.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -91,9 +92,11 @@ def play(folder: Path, period: int) -> Iterator[tuple[int, BusRoom]]:
     room.close()
 
 
-def phases(folder: Path, period: int) -> dict[Phase, tuple[int, int]]:
+@cache
+def phases(period: int) -> dict[Phase, tuple[int, int]]:
     """First step of each phase, and of the next one."""
-    found = [(number, room.phase()) for number, room in play(folder, period)]
+    with TemporaryDirectory() as folder:
+        found = [(number, room.phase()) for number, room in play(Path(folder), period)]
     return {
         phase: (
             min(n for n, one in found if one == phase),
@@ -125,7 +128,7 @@ def at_each(
 
 @pytest.mark.parametrize("period", [4, pytest.param(2, marks=pytest.mark.soak)])
 def test_the_drives_act_in_time_whenever_the_controller_dies(tmp_path: Path, period: int) -> None:
-    edges = [step for span in phases(tmp_path, period).values() for step in span]
+    edges = [step for span in phases(period).values() for step in span]
     instants = {edge + off for edge in edges for off in (-1, 0, 1)}
     ends = at_each(tmp_path, period, [Happening(step, kill) for step in sorted(instants)])
     assert len(ends) > 20
@@ -145,7 +148,7 @@ def test_a_node_that_fails_is_told_and_harms_nobody(tmp_path: Path, in_each: boo
 
     in_each: each node by each fault in each phase, not in one of them.
     """
-    spans = phases(tmp_path, 4)
+    spans = phases(4)
     middle = [sum(spans[phase]) // 2 for phase in INSIDE]
     faults = [
         (step, Request(fault, node))
