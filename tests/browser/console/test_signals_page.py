@@ -74,6 +74,25 @@ def wait_for_rows(page: "Page", more: int) -> None:
     raise AssertionError(f"{rows(page)} rows came, {wanted} were waited for")
 
 
+NOTE_STATUS = """() => {
+    window.told = [];
+    const note = () => window.told.push(document.querySelector(".signals-status")?.textContent);
+    new MutationObserver(note).observe(document.body, {
+        subtree: true, childList: true, characterData: true });
+}"""
+
+
+def test_the_last_seconds_that_come_first_are_not_called_late(page: "Page") -> None:
+    page.get_by_role("link", name="Bedside").click()
+    page.locator(".bedside").wait_for()
+    page.evaluate(NOTE_STATUS)
+    page.get_by_role("link", name="Signals").click()
+    expect(status(page)).to_contain_text("Live:", timeout=SOON_MS)
+    said = {one for one in page.evaluate("window.told") if one}
+    assert any("Waiting for the first rows" in one for one in said)
+    assert not [one for one in said if "late" in one]
+
+
 def test_every_tick_comes_and_is_drawn(page: "Page") -> None:
     before = page.evaluate(FIGURES)
     wait_for_rows(page, 1500)
@@ -88,7 +107,7 @@ def test_every_tick_comes_and_is_drawn(page: "Page") -> None:
     assert page.evaluate(colours) > 4
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_a_cycle_leaves_its_phases_and_its_loop(page: "Page", machine: ConsoleMachine) -> None:
     page.get_by_role("button", name="Loop", exact=True).click()
     machine.room.begin_cycle()

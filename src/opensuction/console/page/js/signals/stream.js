@@ -41,6 +41,7 @@ export class Stream {
     const socket = new WebSocket(url);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
+    this.began_ms = performance.now();
     socket.addEventListener("message", (event) => this.hear(socket, event.data));
     socket.addEventListener("close", (event) => this.drop(socket, event));
   }

@@ -16,6 +16,7 @@ import { SPANS_S, Window } from "./window.js";
 
 const RATE_MS = 1000;
 const LATE_S = 1.5; // rows that are so much older than what the bedside shows wait somewhere on the way
+const FILLS_MS = 2000; // so long the rows of the last seconds may take to come, which a connection begins with
 
 class Signals {
   constructor(root, context, listed) {
@@ -158,7 +159,9 @@ class Signals {
   say() {
     const now_ms = performance.now();
     const { figures, window, stream } = this;
-    const state = stream.state === "live" && this.late_s > LATE_S ? "late" : stream.state;
+    const isLate = stream.state === "live" && this.late_s > LATE_S;
+    const isFilling = now_ms - stream.began_ms < FILLS_MS;
+    const state = isLate ? (isFilling ? "begins" : "late") : stream.state;
     const isDue = now_ms - figures.since_ms >= RATE_MS;
     if (isDue) {
       const per_s = 1000 / (now_ms - figures.since_ms);
@@ -186,7 +189,7 @@ class Signals {
     if (state === "late") return fill(words.late, { s: this.late_s.toFixed(0) });
     if (state === "silent") return fill(words.silent, { s: Math.floor(this.stream.silent_s) });
     if (!this.window.isLive) return fill(words.paused, { s: Math.round(this.window.frozen.buffer.last_s - this.window.frozen.buffer.first_s) });
-    if (this.buffer.next === 0) return words.begins;
+    if (this.buffer.next === 0 || state === "begins") return words.begins;
     return this.rate ? fill(words.live, this.rate) : words.first;
   }
 
