@@ -2,7 +2,8 @@
 
 A record type is a `NamedTuple` whose fields are numbers with a range, ``Annotated[float,
 Interval(ge=0, le=15)]``, other scalars, enumerations (written by the name of the member, in lower
-case with hyphens) or again such records (sections). Leaves are checked by pydantic; the walk
+case with hyphens), again such records (sections) or any number of them (arrays of sections:
+``tuple[Record, ...]``). Leaves are checked by pydantic; the walk
 through keys and sections is done here, because a settings file is by name, complete and never by
 position. There are no defaults: a missing key is an error, whatever the record type says.
 
@@ -108,7 +109,7 @@ class _Field(NamedTuple):
     type: Any
     """The bare type, without them."""
     adapter: "TypeAdapter[Any] | None"
-    """None for sections and enumerations."""
+    """None for sections, arrays of sections and enumerations."""
 
 
 def validate(record_type: type[Record], mapping: object, where: object) -> Record:
@@ -151,7 +152,7 @@ def _field(name: str, hint: Any) -> _Field:
     from pydantic import ConfigDict, TypeAdapter
 
     bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-    if _is_record(bare) or _is_enumeration(bare):
+    if _is_record(bare) or _is_enumeration(bare) or _is_array(bare):
         return _Field(name, hint, bare, None)
     adapter = TypeAdapter[Any](hint, config=ConfigDict(strict=True, allow_inf_nan=False))
     return _Field(name, hint, bare, adapter)
@@ -159,6 +160,12 @@ def _field(name: str, hint: Any) -> _Field:
 
 def _is_record(candidate: Any) -> bool:
     return isinstance(candidate, type) and hasattr(candidate, "_fields")
+
+
+def _is_array(candidate: Any) -> bool:
+    """True for a tuple of any number of records."""
+    kinds = get_args(candidate) if get_origin(candidate) is tuple else ()
+    return len(kinds) == 2 and kinds[1] is Ellipsis and _is_record(kinds[0])
 
 
 def _is_enumeration(candidate: Any) -> bool:
@@ -195,6 +202,8 @@ def _value(field: _Field, given: object, key: str, problems: list[str]) -> Any:
     """Checked value of one field; anything after adding what is wrong to ``problems``."""
     if _is_record(field.type):
         return _section(field.type, given, key, problems)
+    if _is_array(field.type):
+        return _array(field, given, key, problems)
     if field.adapter is None:
         return _member(field, given, key, problems)
     from pydantic import ValidationError
@@ -207,6 +216,16 @@ def _value(field: _Field, given: object, key: str, problems: list[str]) -> Any:
     if field.type is int and not -INT64 <= value < INT64:
         problems.append(f"{key} is {show(given)}, more than 64 bits hold; {_wanted(field)}")
     return value
+
+
+def _array(field: _Field, given: object, key: str, problems: list[str]) -> Any:
+    """Records of an array of sections; an entry in a message is counted from 1."""
+    if not isinstance(given, (list, tuple)) or hasattr(given, "_fields"):
+        problems.append(f"{key} is {show(given)}, not a list of sections; {_wanted(field)}")
+        return None
+    kind = get_args(field.type)[0]
+    entries = enumerate(given, 1)
+    return tuple(_section(kind, one, f"{key}[{number}]", problems) for number, one in entries)
 
 
 def _member(field: _Field, given: object, key: str, problems: list[str]) -> Any:
@@ -255,6 +274,9 @@ def _wanted(field: _Field) -> str:
     """The remedy: what the field takes, with its unit and range."""
     if _is_record(field.type):
         return f"give a section with the keys {', '.join(field.type._fields)}"
+    if _is_array(field.type):
+        keys = ", ".join(get_args(field.type)[0]._fields)
+        return f"give a list of sections with the keys {keys}"
     if _is_enumeration(field.type):
         return f"give one of {', '.join(by_name(field.type))}"
     kind = KINDS.get(field.type, "a value")

@@ -30,6 +30,7 @@ U8, U16, U32 = DatatypeEnum.UNSIGNED8, DatatypeEnum.UNSIGNED16, DatatypeEnum.UNS
 I8, I16, I32 = DatatypeEnum.INTEGER8, DatatypeEnum.INTEGER16, DatatypeEnum.INTEGER32
 U64 = DatatypeEnum.UNSIGNED64
 DRIVE_OBJECTS = {
+    (0x2300, 0): U32,
     (0x6007, 0): I16,
     (0x603F, 0): U16,
     (0x6040, 0): U16,

@@ -158,6 +158,23 @@ def test_a_value_that_a_node_does_not_keep_is_told(bench: Bench) -> None:
     assert "object 0x6007:00 is 0x0, not 0xffff" in refusal(bench)
 
 
+def test_the_insertion_drives_own_stop_at_contact_is_armed(bench: Bench) -> None:
+    bench.start()
+    assert bench.insertion.read(0x2300) == 0x10000
+    assert bench.valve.read(0x2300) == 0
+
+
+def test_a_drive_whose_stop_at_contact_cannot_be_armed_is_not_driven(bench: Bench) -> None:
+    bench.insertion.objects.set_read_callback(0x2300, 0, lambda: 0)
+    assert "node 1 (insertion drive): object 0x2300:00 is 0x0, not 0x10000" in refusal(bench)
+
+
+def test_a_drive_without_the_objects_of_its_stop_is_not_driven(bench: Bench) -> None:
+    other = DEVICE.contact.stop[0]._replace(object_index=0x3240, sub=1)
+    bench.drive(DEVICE._replace(contact=DEVICE.contact._replace(stop=(other,))))
+    assert "node 1 (insertion drive): object 0x3240:01 does not exist" in refusal(bench)
+
+
 def test_a_node_that_answers_nonsense_is_not_driven(bench: Bench) -> None:
     node = bench.insertion.node
     answer = bytes((0x11, 0x00, 0x10, 0x00)) + bytes(4)
@@ -272,6 +289,7 @@ def test_a_drive_that_starts_again_is_set_up_and_waits_for_a_new_controller(benc
     bench.insertion.position = 0.0  # its encoder is an incremental one
     found = bench.cycle(300, head_mm=30.0, **ON)
     assert bench.insertion.read(0x6007) == -1
+    assert bench.insertion.read(0x2300) == 0x10000
     assert not found.head_valid
     assert found.cam_valid
     assert not bench.insertion.is_enabled

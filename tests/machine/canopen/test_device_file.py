@@ -12,6 +12,7 @@ from opensuction.machine.canopen import device_file
 from opensuction.machine.canopen.objects import AbortConnection
 
 TEXT = device_file.EMULATED.read_text(encoding="utf-8")
+STOP = tomllib.loads(TEXT)["contact"]["stop"][0]
 
 
 def load(tmp_path: Path, *changes: tuple[str, object]) -> str:
@@ -116,6 +117,12 @@ def test_every_key_refuses_what_is_not_its_kind(tmp_path: Path) -> None:
         ([("insertion.most_torque", 0.0)], "exactly the limit of 0"),
         ([("contact.wired_bit", 16)], "contact.closed_bit and contact.wired_bit are both 16"),
         ([("contact.wired_bit", 32)], "above the limit of 31"),
+        ([("contact.stop", [])], "the motor would run on after contact; give the maker's objects"),
+        ([("contact.stop", 0x2300)], "contact.stop is 8960, not a list of sections"),
+        ([("contact.stop", [STOP, {}])], "contact.stop[2].object_index is missing"),
+        ([("contact.stop", [{**STOP, "bits": 64}])], "contact.stop[1].bits is 64"),
+        ([("contact.stop", [{**STOP, "bits": 16}])], "[1].value is 0x10000, which 16 bits do not"),
+        ([("contact.stop", [{**STOP, "object_index": 0x6040}])], "above the limit of 24575"),
         ([("module.carriage.channel", 1)], "module.vacuum.channel and module.carriage.channel"),
         ([("module.vacuum.channel", 0)], "no machine does without"),
         ([("module.regulator.channel", 3)], "give an analogue output from 1 to 2"),

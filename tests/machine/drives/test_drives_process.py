@@ -134,6 +134,25 @@ def test_what_cannot_be_played_is_refused_in_one_line(folder: Path) -> None:
         node_fault.read(b'{"fault": "none", "node": 1, "strength": 1}')
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("object_index = 0x2300", "object_index = 0x2301", "give 0x2300, or check"),
+        ("reversed = false", "reversed = true", "give 0x2301, or check insertion.encoder.reversed"),
+    ],
+)
+def test_a_stop_that_would_hold_the_head_inside_is_refused(
+    folder: Path, before: str, after: str, words: str
+) -> None:
+    file = folder / "mine.toml"
+    text = device_file.EMULATED.read_text(encoding="utf-8")
+    file.write_text(text.replace(before, after, 1), encoding="utf-8")
+    with pytest.raises(InputError, match="holds the head back on its way out") as refused:
+        drives_process.prepare(folder, *loop(), seed=1, device=file)
+    assert str(refused.value).startswith(f"{file}: contact.stop[1] is object ")
+    assert words in str(refused.value)
+
+
 def test_without_the_packages_one_line_says_what_is_missing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

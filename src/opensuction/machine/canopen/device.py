@@ -6,7 +6,7 @@ the bus; mm, rad, mmHg and A are ours.
 
 import math
 from enum import StrEnum
-from typing import Annotated, Final, NamedTuple
+from typing import Annotated, Final, Literal, NamedTuple
 
 from annotated_types import Ge, Gt, Le, Len
 
@@ -99,13 +99,27 @@ class DriveAxis(NamedTuple):
         return round(60.0 * self.most_per_s * one.gear_ratio / one.travel_per_turn)
 
 
+class MakerObject(NamedTuple):
+    """An object of a drive's maker, with the value that it must have."""
+
+    object_index: Annotated[int, Ge(0x2000), Le(0x5FFF)]
+    """In the part of the dictionary that CiA 301 leaves to makers."""
+    sub: Annotated[int, Ge(0), Le(255)]
+    bits: Literal[8, 16, 32]
+    """Length of the value."""
+    value: Uint32
+
+
 class ContactInput(NamedTuple):
     """Contact switch at the tip, on the insertion drive's digital inputs (0x60FD)."""
 
     closed_bit: Annotated[int, Ge(0), Le(31)]
-    """The switch is closed: the drive's own stop on this input is armed."""
+    """The switch is closed."""
     wired_bit: Annotated[int, Ge(0), Le(31)]
     """Its line is closed through the resistor in the tip."""
+    stop: tuple[MakerObject, ...]
+    """Objects of the insertion drive by which it stops on its own while the switch is closed,
+    whether a host lives or not. They are written with every set-up of the drive."""
 
 
 class Analogue(NamedTuple):

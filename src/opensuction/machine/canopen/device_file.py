@@ -17,6 +17,7 @@ from opensuction.machine.canopen.device import (
     WRAP,
     Analogue,
     AxisMode,
+    ContactInput,
     Device,
     DriveAxis,
     Heartbeats,
@@ -101,11 +102,7 @@ def _problems(device: Device) -> Iterator[str]:
     yield from _heartbeat_problems(device.heartbeats, period_ms)
     for name in ("insertion", "valve"):
         yield from _axis_problems(name, getattr(device, name))
-    if device.contact.closed_bit == device.contact.wired_bit:
-        yield (
-            f"contact.closed_bit and contact.wired_bit are both {device.contact.wired_bit}; give "
-            "each input a bit of its own"
-        )
+    yield from _contact_problems(device.contact)
     yield from _module_problems(device.module)
 
 
@@ -181,6 +178,26 @@ def _axis_problems(name: str, axis: DriveAxis) -> Iterator[str]:
             f"{name}.encoder gives {counts:g} counts for each {unit}: 32 bits do not hold the "
             "range; check counts_per_turn, gear_ratio and travel_per_turn"
         )
+
+
+def _contact_problems(contact: ContactInput) -> Iterator[str]:
+    """A contact switch that stops nothing by itself, or whose line nobody watches."""
+    if contact.closed_bit == contact.wired_bit:
+        yield (
+            f"contact.closed_bit and contact.wired_bit are both {contact.wired_bit}; give each "
+            "input a bit of its own"
+        )
+    if not contact.stop:
+        yield (
+            "contact.stop is empty: without a host the motor would run on after contact; give the "
+            "maker's objects that arm the insertion drive's own stop on that input"
+        )
+    for number, one in enumerate(contact.stop, 1):
+        if one.value >> one.bits:
+            yield (
+                f"contact.stop[{number}].value is {one.value:#x}, which {one.bits} bits do not "
+                "hold; give the object's length in bits and its value"
+            )
 
 
 def _module_problems(module: InputModule) -> Iterator[str]:

@@ -1,8 +1,9 @@
 """Set-up of a node by SDO: is it the one that the device file means, and does it take its values.
 
 Identity and profile are asked first; a node that is another one is not written to. Then its PDOs
-are mapped, its heartbeats, limits and its reaction to a lost host written, and what was written is
-read again: each difference is told. Only a node without a difference is put into operation.
+are mapped, its heartbeats, limits and its reaction to a lost host written, and the insertion
+drive's own stop at contact is armed. What was written is read again: each difference is told. Only
+a node without a difference is put into operation.
 
 A generator of requests, for the control loop waits for nobody: a node that starts again while the
 loop runs is set up between two ticks. All objects fit into an expedited transfer (CiA 301).
@@ -34,7 +35,7 @@ from opensuction.machine.canopen.objects import (
     rpdo_id,
     tpdo_id,
 )
-from opensuction.machine.canopen.process_image import MODULE, NAMES
+from opensuction.machine.canopen.process_image import INSERTION, MODULE, NAMES
 
 PATIENCE_S: Final = 1.0
 """[design] How long a node that works may take for an answer."""
@@ -157,6 +158,9 @@ def entries(device: Device, place: int) -> Iterator[Entry]:
     else:
         axis = (device.insertion, device.valve)[place]
         yield from _axis_entries(device, axis)
+    if place == INSERTION:
+        for one in device.contact.stop:
+            yield Entry(one.object_index, one.sub, one.bits, one.value)
 
 
 def _axis_entries(device: Device, axis: DriveAxis) -> Iterator[Entry]:

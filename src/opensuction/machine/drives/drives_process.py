@@ -23,7 +23,12 @@ from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import device_file
 from opensuction.machine.canopen.frame_bus import open_bus
 from opensuction.machine.drives import node_fault
-from opensuction.machine.drives.emulated_machine import EmulatedMachine, Servos, without_patience
+from opensuction.machine.drives.emulated_machine import (
+    EmulatedMachine,
+    Servos,
+    check_stop,
+    without_patience,
+)
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import CAUGHT_UP, PERIOD_NS, TwinPlayer, playing
 from opensuction.simulation.closed_loop import Loop, LoopState
@@ -47,9 +52,10 @@ def prepare(
 ) -> None:
     """Write down in a folder what shall be played there: a loop's twin, at rest, and its servos.
 
-    device: device file, of which the folder has a copy afterwards. Raises InputError for none.
+    device: device file, of which the folder has a copy afterwards. Raises InputError for none, and
+    where the insertion drive's own stop would hold the head inside.
     """
-    device_file.load(device)
+    check_stop(device_file.load(device), device)
     side = without_patience(twin_machine.side_of(loop, seed))
     twin_machine.prepare(folder, side, PlantState(state.machine, state.bedside))
     private_file.write(folder / device_file.NAME, device.read_bytes())

@@ -7,6 +7,7 @@ own patience is none (`without_patience`).
 """
 
 from itertools import islice
+from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from opensuction.kernel.interface import MESSAGE_COLUMNS, Readings
 from opensuction.kernel.record import Array
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus
+from opensuction.machine.canopen.objects import Axis
 from opensuction.machine.drives import node_fault
 from opensuction.machine.drives.emulated_drive import EmulatedDrive, Motor, Order, Seen
 from opensuction.machine.drives.emulated_module import ALONE, EmulatedModule, Outputs
@@ -66,6 +68,19 @@ def stops_at_contact(device: Device) -> tuple[int, int]:
     """Inputs of the insertion drive that forbid motion towards higher and lower counts."""
     mask = 1 << device.contact.closed_bit
     return (mask, 0) if device.insertion.counts_per_unit > 0.0 else (0, mask)
+
+
+def check_stop(device: Device, file: Path) -> None:
+    """Raises InputError where a device file's stop at contact forbids the way out."""
+    outwards = Axis.STOP_DOWN if device.insertion.counts_per_unit > 0.0 else Axis.STOP_UP
+    for number, one in enumerate(device.contact.stop, 1):
+        if one.object_index == outwards and one.value >> device.contact.closed_bit & 1:
+            other = Axis.STOP_UP if outwards == Axis.STOP_DOWN else Axis.STOP_DOWN
+            raise InputError(
+                f"{file}: contact.stop[{number}] is object {outwards:#06x}, which at contact holds "
+                f"the head back on its way out; give {other:#06x}, or check "
+                "insertion.encoder.reversed"
+            )
 
 
 class EmulatedMachine:
