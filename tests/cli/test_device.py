@@ -68,7 +68,7 @@ def test_a_machine_that_a_controller_has_is_left_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.real_time
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_emulated_drives_are_checked_and_a_wrong_scale_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

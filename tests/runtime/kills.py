@@ -53,9 +53,9 @@ CYCLE_WITHIN_S = 40.0
 TOLD_WITHIN_S = 5.0
 LOOK_S, RECORD_LOOK_S, FOLLOWS_S = 0.05, 0.5, 0.5
 ON_RECORD_WITHIN_S = 60.0
-TIP, SAID, FIRED = (
+TIP, SAID, FIRED, ALONE = (
     SHOWN_COLUMNS.index(name)
-    for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired")
+    for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired", "alone")
 )
 
 
@@ -90,6 +90,8 @@ class Fate(NamedTuple):
     """From then until the tip was out for good."""
     told_s: float
     """From then until the bedside told somebody."""
+    alone_s: float
+    """From then until the drives acted on their own; -1: they did not."""
     lit: bool
     """The lamp was lit by what the cycle had come to before; it has stayed lit then."""
     outcome: str
@@ -113,8 +115,8 @@ class Ward:
 
     def __init__(self, room: Room, out: Path) -> None:
         self.room, self.out = room, out
-        self.truths = port.open_truth(room.folder)
-        self.witness = LiveJudge(port.open_truth(room.folder), room.cap_mm)
+        self.truths = port.open_truth(room.truth_folder)
+        self.witness = LiveJudge(port.open_truth(room.truth_folder), room.cap_mm)
         self.supervisor: Child | None = None
         self.seen: list[np.ndarray] = []
         self.database = str(room.folder / "records.db")
@@ -183,6 +185,7 @@ class Ward:
         self.killed_s = self.room.now_s()
         for lock in VICTIMS[victim]:
             self.room.signal(self.room.holder(lock), signal.SIGKILL)
+        self.dead_s = self.room.now_s()
         if victim in ("supervisor", "all"):
             assert self.supervisor is not None
             self.supervisor.wait()
@@ -233,7 +236,7 @@ class Ward:
         self.witness.look()
         found = self.truths.read()
         assert not found.missed, f"{found.missed} ticks of the twin were not looked at"
-        self.seen.append(found.rows[:, [TIP, SAID, FIRED]])
+        self.seen.append(found.rows[:, [TIP, SAID, FIRED, ALONE]])
 
     def beside(self, work: Callable[[], Kept]) -> Kept:
         """Do work that takes its time, while the machine goes on."""
@@ -269,7 +272,9 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     lost = "control" if hung == "control" else victim
     lit = bool(_shown(np.concatenate(ward.seen), lost)[-1])
     ward.seen.clear()
+    looked_s = room.now_s()
     ward.kill(victim, hung)
+    alive_s = ward.dead_s - looked_s  # for so long it may have lived since the last look
     if victim in ("supervisor", "all"):
         ward.supervise()
     bound_s = OUT_WITHIN_S if lost in ("control", "all") else CYCLE_WITHIN_S
@@ -283,6 +288,7 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     ward.meanwhile()
     rows = np.concatenate(ward.seen)
     out_s, told_s = _last_inside_s(rows, room.mouth_mm), _first_told_s(rows, lost, lit)
+    alone_s = _first_alone_s(rows)
 
     def has_ended() -> bool:
         ward.meanwhile()
@@ -300,6 +306,8 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
         wrong.append(f"inside for {out_s:.1f} s")
     if told_s > TOLD_WITHIN_S:
         wrong.append("nobody was told")
+    if hung is None:
+        wrong.extend(_alone(victim, alone_s, room.alone_s + alive_s))
     wrong.extend(_judged(ward))
     wrong.extend(_replaced(ward))
     return Fate(
@@ -309,6 +317,7 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
         depth_mm=depth_mm,
         out_s=out_s,
         told_s=told_s,
+        alone_s=alone_s,
         lit=lit,
         outcome=str(cycle.outcome),
         detail=cycle.detail,
@@ -327,6 +336,13 @@ def _replaced(ward: Ward) -> list[str]:
     return [f"{ward.hung[0]} that hung was replaced after {took_s:.1f} s"]
 
 
+def _alone(victim: str, alone_s: float, most_s: float) -> list[str]:
+    """What is wrong with when the drives acted on their own, to a tick."""
+    if victim not in ("control", "all") or 0.0 < alone_s <= most_s + DT_S:
+        return []
+    return [f"the drives acted on their own after {alone_s:.3f} s"]
+
+
 def _judged(ward: Ward) -> list[str]:
     """What the oracle says of all that the twin has played so far."""
     verdict = ward.witness.verdict()
@@ -341,6 +357,11 @@ def _judged(ward: Ward) -> list[str]:
 def _last_inside_s(rows: np.ndarray, mouth_mm: float) -> float:
     inside = np.flatnonzero(rows[:, 0] > mouth_mm)
     return 0.0 if not len(inside) else float(inside[-1] + 1) * 1e-3
+
+
+def _first_alone_s(rows: np.ndarray) -> float:
+    alone = np.flatnonzero(rows[:, 3])
+    return float(alone[0] + 1) * 1e-3 if len(alone) else -1.0
 
 
 def _shown(rows: np.ndarray, victim: str) -> np.ndarray:

@@ -17,13 +17,17 @@ OPEN: list[Room] = []
 
 
 @contextmanager
-def running(begins: bool = True, in_step: bool = False) -> Iterator[Room]:
+def running(begins: bool = True, in_step: bool = False, on_bus: bool = False) -> Iterator[Room]:
     """Both of them, in a folder of their own. begins: the controller, too.
 
-    in_step: no process of its own plays the machine, see `lockstep_process`.
+    in_step: no process of its own plays the machine, see `lockstep_process`. on_bus: it is drives
+    on a bus.
     """
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
-    made = Room(folder, THIS_COMPUTER, os.getpid(), LOCKSTEP if in_step else "")
+    drives = folder / "drives" if on_bus else None
+    if drives is not None:
+        drives.mkdir()
+    made = Room(folder, THIS_COMPUTER, os.getpid(), LOCKSTEP if in_step else "", drives)
     OPEN.append(made)
     try:
         if begins:

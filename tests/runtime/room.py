@@ -13,17 +13,26 @@ from opensuction.ipc.mailbox import PATIENCE_S, Sender
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
+from opensuction.machine.canopen import device_file
+from opensuction.machine.drives import drives_process
 from opensuction.machine.twin import twin_machine
+from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.procedure.cycle.lock_out import Refusal
 from opensuction.runtime import launch, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.machine_folder import ASK, CONTROLS, RECORDS, RING
 from opensuction.safety.condition import Condition
+from opensuction.session.running import bus_machine
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.twin.machine import fail_safe
 from opensuction.twin.plant import PlantState
 from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
 
 PHASE_TICKS = "state.core.procedure.phase_ticks"
+DRIVES = "opensuction.machine.drives.drives_process"
+STARTS_S = 300.0
+"""Until drives play, where their machine code has to be made first."""
 REST_S = 1.0
 """Between passes."""
 TOLD_LATE = 30
@@ -32,16 +41,34 @@ INSIDE_MM = 3.0
 """Below the tube's end."""
 
 
+def begin_drives(
+    folder: Path, loop: Loop, state: LoopState, host: Host, device: Path = device_file.EMULATED
+) -> Child:
+    """Emulated drives of a device file that play a loop's twin in a folder."""
+    drives_process.prepare(folder, loop, state, 1, device)
+    process = host.processes.spawn(DRIVES, (str(folder),), folder / "drives.log")
+    ends_ns, shown = after(host.clock, STARTS_S), folder / SHOWN
+    while not (shown.exists() and RingReader(shown).newest() > 0):
+        assert host.clock.monotonic_ns() < ends_ns, (folder / "drives.log").read_text()
+        host.clock.sleep_until(after(host.clock, 0.05))
+    return process
+
+
 class Room:
     """Both processes, and who asks and looks."""
 
     looks_s = 0.005
     """How often it is looked at what is waited for."""
 
-    def __init__(self, folder: Path, host: Host, pid: int, lockstep: str = "") -> None:
+    def __init__(
+        self, folder: Path, host: Host, pid: int, lockstep: str = "", drives: Path | None = None
+    ) -> None:
         """pid: of who asks and looks. lockstep: module of a controller that plays the machine, too;
-        empty: a twin plays it."""
+        empty: a twin plays it. drives: folder in which the twin plays behind drives on a bus."""
         self.host, self.pid = host, pid
+        self.truth_folder = drives or folder
+        self.alone_s = fail_safe.SILENCE_S + 2.0 * DT_S
+        """So long after a controller's death at most its machine acts on its own."""
         # Or a campaign of two hundred deaths would last half a day.
         loop, state = hurried(REST_S)
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
@@ -52,6 +79,12 @@ class Room:
         if lockstep:
             plant = PlantState(state.machine, state.bedside)
             twin_machine.prepare(folder, twin_machine.side_of(loop, seed=1), plant)
+        elif drives is not None:
+            self.twin = begin_drives(drives, loop, state, host)
+            on_bus = bus_machine.load(drives / device_file.NAME)
+            bus_machine.lay(folder, on_bus)
+            # The host is missed, at the latest, from a period before its death on.
+            self.alone_s = 1e-3 * on_bus.device.heartbeats.lost_host_ms + on_bus.device.bus.period_s
         else:
             self.twin = twin_machine.start(folder, loop, state, seed=1, host=host)
         self.control: Child | None = None
@@ -155,7 +188,7 @@ class Room:
         return int(self.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
 
     def truth(self, name: str) -> float:
-        truth = port.open_truth(self.folder)
+        truth = port.open_truth(self.truth_folder)
         newest = truth.newest()
         assert newest is not None
         return float(newest[truth.columns.index(name)])

@@ -12,8 +12,9 @@ from tests.runtime.room import Room
 pytestmark = pytest.mark.real_time
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_a_supervisor_replaces_what_stands_still(tmp_path: Path) -> None:
+    """In `.ci/run` one replaces a controller that died: `test_kills`."""
     with running(begins=False) as room:
         test_supervisor.test_what_stands_still_is_replaced_and_the_catheter_comes_out(
             room, tmp_path

@@ -73,6 +73,36 @@ def test_whoever_dies_with_the_tip_inside_it_comes_out_and_the_record_has_its_en
     assert fate.depth_mm > INSIDE_MM
 
 
+@pytest.fixture(scope="module")
+def ward_on_a_bus() -> Iterator[Ward]:
+    """Its machine is drives on a bus."""
+    with (
+        running(begins=False, on_bus=True) as room,
+        kept_up(Ward(room, room.folder / "recordings")) as made,
+    ):
+        yield made
+
+
+def instants(count: int, seed: int) -> list[float]:
+    """So many of a cycle, by turns any of them and one at an edge of a phase."""
+    chance, found = random.Random(seed), []
+    for number in range(count):
+        edge_s = chance.choice(EDGES_S) + chance.uniform(-EDGE_S, EDGE_S)
+        found.append(round(max(0.0, edge_s if number % 2 else chance.uniform(0.0, CYCLE_S)), 3))
+    return found
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("at_s", instants(100, seed=3))
+def test_over_a_bus_the_drives_act_in_time_whenever_the_controller_dies(
+    ward_on_a_bus: Ward, at_s: float, record_property: Callable[[str, object], None]
+) -> None:
+    """Within the heartbeat's time and a period; deterministic ones: `machine/drives`."""
+    fate = one(ward_on_a_bus, "control", at_s)
+    record_property("fate", json.dumps(fate._asdict()))
+    assert not fate.wrong, fate
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize(
     ("victim", "at_s", "hung"),

@@ -1,4 +1,4 @@
-"""Load of many pages: accounts in `make test`, figures of minutes in `make soak`.
+"""Load of many pages: accounts, and figures of minutes.
 
 Speed depends on the computer, too, so the short run asserts on no time. Results:
 docs/evidence/2026-11-23-console-load.md.
@@ -28,7 +28,7 @@ LIVE, SIGNALS = 20, 5
 """Pages that look at the bedside; how many of them look at signals, too."""
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_every_row_comes_to_every_page_and_every_press_to_the_loop() -> None:
     with console_machine() as machine:
         with load_run.pages(machine, live=4, signals=3) as end:

@@ -30,7 +30,6 @@ from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import RESTING
 from opensuction.machine import port
 from opensuction.machine.canopen import device_file
-from opensuction.machine.drives import drives_process
 from opensuction.machine.twin import twin_machine
 from opensuction.machine.twin.twin_process import SHOWN
 from opensuction.oracle import exposure
@@ -41,11 +40,10 @@ from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
-from tests.runtime.machine_room import wait
+from tests.runtime.room import begin_drives
 
 BARE = Path(__file__).with_name("bare_loop.py")
 OBSERVER = Path(__file__).with_name("bus_observer.py")
-DRIVES = "opensuction.machine.drives.drives_process"
 BUSY = "while True: pass"
 REST_S = 2.0
 """Between two passes, instead of the three minutes that a patient has: cycles are what is timed."""
@@ -180,11 +178,8 @@ def _start_drives(folder: Path, loop: Loop, state: LoopState, period_ns: int) ->
     assert text.count(usual) == 1
     given = folder / "given.toml"
     given.write_text(text.replace(usual, f"period_s = {period_ns / NS_PER_S} "), encoding="utf-8")
-    drives_process.prepare(folder, loop, state, 1, given)
+    process = begin_drives(folder, loop, state, THIS_COMPUTER, given)
     port.name_backend(folder, port.CANOPEN)
-    process = THIS_COMPUTER.processes.spawn(DRIVES, (str(folder),), folder / "drives.log")
-    shown = folder / SHOWN
-    assert wait(lambda: shown.exists() and RingReader(shown).newest() > 0, 300.0)
     return process
 
 
