@@ -1,5 +1,6 @@
 """The console on a real port: who is slow, says nonsense or too much, and who hangs."""
 
+import asyncio
 import json
 import socket
 import ssl
@@ -7,9 +8,12 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import cast
 
 import httpx
 import pytest
+from fastapi import FastAPI
+from starlette.types import Receive, Scope, Send
 from websockets.client import ClientProtocol
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.frames import Frame
@@ -110,6 +114,31 @@ def test_however_many_connections_somebody_holds_a_new_one_stops(
             made.sendall(SAID[said].format(host=f"{HOST}:{port}").encode())
         stops(console)
         assert page.get("/api/v1/state").status_code == 200
+
+
+def test_a_new_connection_is_heard_though_all_others_are_being_answered(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As in a burst of whole requests on a busy computer."""
+    monkeypatch.setattr(console_process, "CONNECTIONS_HERE", 20)
+    asked: list[str] = []
+
+    async def app(scope: Scope, _: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            return
+        asked.append(scope["path"])
+        if scope["path"] == "/slow":
+            await asyncio.Event().wait()
+        await send({"type": "http.response.start", "status": 204, "headers": []})
+        await send({"type": "http.response.body", "body": b""})
+
+    port = free_port()
+    with listening_app(cast(FastAPI, app), port), ExitStack() as stack:
+        for number in range(1, 41):
+            made = stack.enter_context(socket.create_connection((HOST, port), timeout=10.0))
+            made.sendall(f"GET /slow HTTP/1.1\r\nHost: {HOST}:{port}\r\n\r\n".encode())
+            assert wait(lambda number=number: asked.count("/slow") == number)  # type: ignore[misc]
+        assert httpx.get(f"http://{HOST}:{port}/stop").status_code == 204
 
 
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: x"])

@@ -88,7 +88,6 @@ PING_S = 10.0
 """A page that answers no ping for so long is gone."""
 ENDS_S = 2
 """Within this time what is asked is answered when the console ends."""
-NEEDED = (0, 0.0)
 BAD_REQUEST = 400
 
 
@@ -118,12 +117,7 @@ class HastyProtocol(H11Protocol):
         if len(others) >= most:
             self.logger.warning("too many connections from %s", peer)
             # Or who opens many keeps everybody else of the same address or proxy out.
-            gone = max(others, key=HastyProtocol._expendable)
-            if gone._expendable() == NEEDED:
-                gone = self
-            gone.transport.abort()
-            if gone is self:
-                return
+            max(others, key=HastyProtocol._expendable).transport.abort()
         self._wait()
 
     def _is_of(self, peer: str) -> bool:
@@ -132,16 +126,18 @@ class HastyProtocol(H11Protocol):
         return is_open and self.client is not None and self.client[0] == peer
 
     def _expendable(self) -> tuple[int, float]:
-        """Rank of a connection, the highest loses least; `NEEDED` where it is being answered.
+        """Rank of a connection, the highest loses least.
 
         First those that have never asked and wait, then those that wait for a body, the oldest of
-        each; then those that have nothing to say now, of them who has asked most.
+        each; then those that have nothing to say now, of them who has asked most. Last those that
+        are being answered, the oldest of them: it has been heard, and loses an answer at most,
+        where a new one that was refused might be a stop that nobody hears.
         """
         age_s = self.loop.time() - self._made_s
         if self._is_waiting():
             cycle: RequestResponseCycle | None = self.cycle  # None before the first request
             return (3, age_s) if cycle is None else (1, self._heard)
-        return (2, age_s) if self.cycle.more_body else NEEDED
+        return (2, age_s) if self.cycle.more_body else (0, age_s)
 
     def data_received(self, data: bytes) -> None:
         """See `asyncio.Protocol`."""
