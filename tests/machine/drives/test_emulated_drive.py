@@ -1,6 +1,7 @@
 """Drives over the bus: power states, targets and stops."""
 
 import itertools
+import math
 
 import pytest
 
@@ -18,6 +19,7 @@ from opensuction.machine.canopen.objects import (
 )
 from opensuction.machine.canopen.power_state import INTERNAL_LIMIT, PowerState
 from opensuction.machine.drives import emulated_drive, emulated_node
+from opensuction.machine.drives.emulated_drive import Seen
 from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 from opensuction.twin.machine.fail_safe import BRAKING_MM_PER_S2
 from tests.controller.bedside import at_bed
@@ -250,6 +252,18 @@ def test_homing_where_it_stands(bench: EmulatedBench) -> None:
         bench.cycle()
     assert bench.take(INSERTION, Axis.STATUS_WORD) & 0x3400 == 0x1400
     assert bench.take(INSERTION, Axis.POSITION) == pytest.approx(700, abs=40)  # it coasts on
+
+
+def test_an_encoder_that_gives_no_number_leaves_its_count_and_is_a_fault(
+    bench: EmulatedBench,
+) -> None:
+    moving(bench)
+    drive, before = bench.drives.insertion, bench.take(INSERTION, Axis.POSITION)
+    drive.measure(Seen(math.nan, is_valid=False, drive_v=math.nan, inputs=0))
+    drive.tick()
+    drive.refresh()
+    assert drive.values[Axis.POSITION, 0] == pytest.approx(before, abs=400)
+    assert drive.values[Axis.ERROR_CODE, 0] == emulated_drive.ENCODER_LOST
 
 
 def test_contact_stops_the_motor_though_the_host_has_gone() -> None:

@@ -5,6 +5,7 @@ control word once in a tick, too: of two that come within one, the first is neve
 transition 16 (back from quick stop) it does not have.
 """
 
+import math
 from collections import deque
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -169,7 +170,15 @@ class EmulatedDrive(EmulatedNode):
     # A tick.
 
     def measure(self, seen: Seen) -> None:
-        """Take what it measures, at the end of a tick: the next SYNC is answered with it."""
+        """Take what it measures, at the end of a tick: the next SYNC is answered with it.
+
+        An encoder that gives no number leaves its count where it was, and a current that is none is
+        not measured.
+        """
+        if not math.isfinite(seen.position):
+            seen = seen._replace(position=self._seen.position, is_valid=False)
+        if seen.drive_v is not None and not math.isfinite(seen.drive_v):
+            seen = seen._replace(drive_v=None)
         moved = (seen.position - self._seen.position) / DT_S
         self._speed += (moved - self._speed) / SPEED_TICKS
         self._seen = seen
