@@ -1,5 +1,6 @@
 """A machine's processes on a computer, real or simulated, and who asks them and looks."""
 
+import math
 import signal
 from collections.abc import Callable
 from functools import partial
@@ -23,8 +24,7 @@ from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.machine_folder import ASK, CONTROLS, RECORDS, RING
 from opensuction.safety.condition import Condition
 from opensuction.session.running import bus_machine
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.twin.machine import fail_safe
+from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.twin.plant import PlantState
 from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
@@ -67,8 +67,9 @@ class Room:
         empty: a twin plays it. drives: folder in which the twin plays behind drives on a bus."""
         self.host, self.pid = host, pid
         self.truth_folder = drives or folder
-        self.alone_s = fail_safe.SILENCE_S + 2.0 * DT_S
-        """So long after a controller's death at most its machine acts on its own."""
+        self.alone_s = math.inf
+        """So long after a controller's death at most its machine acts on its own; asked of drives
+        on a bus."""
         # Or a campaign of two hundred deaths would last half a day.
         loop, state = hurried(REST_S)
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
