@@ -104,7 +104,7 @@ class HastyProtocol(H11Protocol):
         super().connection_made(transport)
         self._timer: asyncio.TimerHandle | None = None
         self._heard = 0
-        self._made_s = self.loop.time()
+        self._made_s = self._heard_s = self.loop.time()
         # Each request's state is a copy of this.
         self.app_state = {**self.app_state, MADE_S: self._made_s}
         peer = self.client[0] if self.client else "unknown"
@@ -130,19 +130,21 @@ class HastyProtocol(H11Protocol):
 
         First those that have never asked and wait, then those that wait for a body, the oldest of
         each; then those that have nothing to say now, of them who has asked most. Last those that
-        are being answered, the oldest of them: it has been heard, and loses an answer at most,
-        where a new one that was refused might be a stop that nobody hears.
+        are being answered, of them the one that has waited longest: it has been heard, and loses an
+        answer at most, where a new one that was refused might be a stop that nobody hears.
         """
-        age_s = self.loop.time() - self._made_s
+        now_s = self.loop.time()
+        age_s = now_s - self._made_s
         if self._is_waiting():
             cycle: RequestResponseCycle | None = self.cycle  # None before the first request
             return (3, age_s) if cycle is None else (1, self._heard)
-        return (2, age_s) if self.cycle.more_body else (0, age_s)
+        return (2, age_s) if self.cycle.more_body else (0, now_s - self._heard_s)
 
     def data_received(self, data: bytes) -> None:
         """See `asyncio.Protocol`."""
         super().data_received(data)
         self._heard += 1
+        self._heard_s = self.loop.time()
         if self._is_waiting():
             self._wait()
         else:
