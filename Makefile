@@ -69,7 +69,9 @@ $(ENVIRONMENT):
 	@$(PYTHON) -m venv --clear .venv
 	@# Two halves at once: pip unpacks on one core. The lock names all that is needed.
 	@awk '/^[^ #]/ { n++ } n { print > (".venv/requirements-" n % 2) }' requirements.lock
-	@half() { $(BIN)/python -m pip install -qq --disable-pip-version-check --no-input --no-compile --no-deps --require-hashes -r .venv/requirements-$$1; }; half 0 & half 1 && wait $$!
+	@half() { $(BIN)/python -m pip install -qq --disable-pip-version-check --no-input --no-compile --no-deps --require-hashes -r .venv/requirements-$$1; }; \
+		half 0 & other=$$!; trap "kill $$other" INT TERM; half 1; ended=$$?; wait $$other && exit $$ended
+	@# Some packages bring files that are no Python of this version: nobody imports them.
 	@$(BIN)/python -m compileall -qq -j 0 -x '/tests?/' .venv/lib || true
 	@touch $@
 
