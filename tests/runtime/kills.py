@@ -4,12 +4,11 @@ The twin survives all of it. Where the tip is, and whether somebody was told at 
 truth; what the dead had to say is looked for on disk and on record.
 """
 
-import itertools
 import math
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,16 +19,23 @@ from opensuction.ipc.liveness import Heartbeat, Process
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
 from opensuction.machine.twin.live_judge import LiveJudge
-from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
-from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
-from opensuction.runtime import launch, replay
+from opensuction.runtime import launch
 from opensuction.runtime.machine_folder import CONTROLS, RECORDS, SUPERVISES
 from opensuction.runtime.supervisor import CONTROL_HUNG_S, HUNG_S
-from opensuction.safety.condition import Condition
-from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.runtime.fate import (
+    SEEN,
+    TOLD_WITHIN_S,
+    Fate,
+    Kept,
+    first_alone_s,
+    first_told_s,
+    last_inside_s,
+    list_late_drives,
+    look_at_records,
+    shows,
+)
 from tests.runtime.identity import ABOUT
 from tests.runtime.room import Room
 
@@ -50,13 +56,8 @@ OUT_WITHIN_S = 12.0
 suction still on or not, at the speed of a withdrawal."""
 CYCLE_WITHIN_S = 40.0
 """Where the controller lives, the cycle ends as it would have."""
-TOLD_WITHIN_S = 5.0
 LOOK_S, RECORD_LOOK_S, FOLLOWS_S = 0.05, 0.5, 0.5
 ON_RECORD_WITHIN_S = 60.0
-TIP, SAID, FIRED, ALONE = (
-    SHOWN_COLUMNS.index(name)
-    for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired", "alone")
-)
 
 
 SUCTIONS_S = 7.5
@@ -75,38 +76,6 @@ class Death(NamedTuple):
 AT_ITS_BEGINNING = (Death("all", 0.0, None), Death("supervisor", 0.0, "recorder"))
 """The recorder has read nothing of the cycle yet, or nothing of its controller; once a cycle was on
 no record then."""
-
-
-class Fate(NamedTuple):
-    """What came of one death."""
-
-    victim: str
-    at_s: float
-    """After the start's button."""
-    phase: str
-    depth_mm: float
-    """Of the tip below the tube's end when it died."""
-    out_s: float
-    """From then until the tip was out for good."""
-    told_s: float
-    """From then until the bedside told somebody."""
-    alone_s: float
-    """From then until the drives acted on their own; -1: they did not."""
-    lit: bool
-    """The lamp was lit by what the cycle had come to before; it has stayed lit then."""
-    outcome: str
-    detail: str
-    recordings: int
-    hung: str | None
-    """What hung besides from the death on."""
-    replaced_s: float
-    """From then, or from the next supervisor's first sign, until another one was in its place."""
-    wrong: tuple[str, ...]
-    """What was not as it must be; empty where all was."""
-
-
-Kept = tuple[PastCycle, int, list[str]]
-"""A cycle on record, how many files it has, and what is wrong with them."""
 
 
 class Ward:
@@ -236,7 +205,7 @@ class Ward:
         self.witness.look()
         found = self.truths.read()
         assert not found.missed, f"{found.missed} ticks of the twin were not looked at"
-        self.seen.append(found.rows[:, [TIP, SAID, FIRED, ALONE]])
+        self.seen.append(found.rows[:, SEEN])
 
     def beside(self, work: Callable[[], Kept]) -> Kept:
         """Do work that takes its time, while the machine goes on."""
@@ -270,7 +239,7 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     ward.meanwhile()
     # A controller that hangs is as good as dead, to drives and people.
     lost = "control" if hung == "control" else victim
-    lit = bool(_shown(np.concatenate(ward.seen), lost)[-1])
+    lit = bool(shows(np.concatenate(ward.seen), lost)[-1])
     ward.seen.clear()
     looked_s = room.now_s()
     ward.kill(victim, hung)
@@ -281,14 +250,14 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     ends_s = room.now_s() + bound_s + TOLD_WITHIN_S
     while room.now_s() < ends_s:
         ward.meanwhile()
-        told_s = _first_told_s(np.concatenate(ward.seen), lost, lit)
+        told_s = first_told_s(np.concatenate(ward.seen), lost, lit)
         if told_s < math.inf and ward.is_settled():
             break
         room.rest(LOOK_S)
     ward.meanwhile()
     rows = np.concatenate(ward.seen)
-    out_s, told_s = _last_inside_s(rows, room.mouth_mm), _first_told_s(rows, lost, lit)
-    alone_s = _first_alone_s(rows)
+    out_s, told_s = last_inside_s(rows, room.mouth_mm), first_told_s(rows, lost, lit)
+    alone_s = first_alone_s(rows)
 
     def has_ended() -> bool:
         ward.meanwhile()
@@ -296,7 +265,11 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
         return last is not None and last.number > before and last.outcome is not None
 
     has_its_end = room.wait(has_ended, ON_RECORD_WITHIN_S, RECORD_LOOK_S)
-    cycle, recordings, wrong = ward.beside(lambda: _look_at_what_is_kept(ward, lost, in_cycle))
+    cycle, recordings, wrong = ward.beside(
+        lambda: look_at_records(
+            ward.database, ward.out, lost, in_cycle, is_anyone_hung=ward.hung is not None
+        )
+    )
     if not has_its_end:
         wrong.append(f"no end on record after cycle {before}")
     ward.wait_for_the_successor()
@@ -307,7 +280,7 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     if told_s > TOLD_WITHIN_S:
         wrong.append("nobody was told")
     if hung is None:
-        wrong.extend(_alone(victim, alone_s, room.alone_s + alive_s))
+        wrong.extend(list_late_drives(victim, alone_s, room.alone_s + alive_s))
     wrong.extend(_judged(ward))
     wrong.extend(_replaced(ward))
     return Fate(
@@ -336,13 +309,6 @@ def _replaced(ward: Ward) -> list[str]:
     return [f"{ward.hung[0]} that hung was replaced after {took_s:.1f} s"]
 
 
-def _alone(victim: str, alone_s: float, most_s: float) -> list[str]:
-    """What is wrong with when the drives acted on their own, to a tick."""
-    if victim not in ("control", "all") or 0.0 < alone_s <= most_s + DT_S:
-        return []
-    return [f"the drives acted on their own after {alone_s:.3f} s"]
-
-
 def _judged(ward: Ward) -> list[str]:
     """What the oracle says of all that the twin has played so far."""
     verdict = ward.witness.verdict()
@@ -352,74 +318,6 @@ def _judged(ward: Ward) -> list[str]:
     if verdict.missed_ticks:
         wrong.append(f"{verdict.missed_ticks} ticks that nobody judged")
     return wrong
-
-
-def _last_inside_s(rows: np.ndarray, mouth_mm: float) -> float:
-    inside = np.flatnonzero(rows[:, 0] > mouth_mm)
-    return 0.0 if not len(inside) else float(inside[-1] + 1) * 1e-3
-
-
-def _first_alone_s(rows: np.ndarray) -> float:
-    alone = np.flatnonzero(rows[:, 3])
-    return float(alone[0] + 1) * 1e-3 if len(alone) else -1.0
-
-
-def _shown(rows: np.ndarray, victim: str) -> np.ndarray:
-    """Whether the bedside shows what it has to show of this death."""
-    if victim in ("control", "all"):
-        return np.asarray(rows[:, 2] == 1.0)
-    return (rows[:, 1].astype(np.int64) >> Condition.RECORDER_LOST & 1).astype(bool)
-
-
-def _first_told_s(rows: np.ndarray, victim: str, lit: bool) -> float:
-    """When the bedside first showed it.
-
-    lit: it did so before, in the same cycle. Then it must go on until people have been told.
-    """
-    shown = _shown(rows, victim)
-    if lit and shown[: round(TOLD_WITHIN_S / DT_S)].all():
-        return 0.0
-    # A lamp that was lit before and went out tells nobody anything new.
-    found = np.flatnonzero(shown & ~np.concatenate((shown[:1], shown[:-1])))
-    return float(found[0]) * 1e-3 if len(found) else float("inf")
-
-
-def _look_at_what_is_kept(ward: Ward, victim: str, in_cycle: bool) -> Kept:
-    wrong = []
-    with Records.open(ward.database) as records:
-        cycle = records.history.list_cycles(ABOUT.machine.serial, 1)[0]
-        broken = records.audit().broken
-    if broken is not None:
-        wrong.append(f"audit: {broken}")
-    expected: tuple[Outcome, ...] = (Outcome.COMPLETED, Outcome.ABORTED)
-    if victim in ("control", "all") and in_cycle:
-        expected = (Outcome.INTERRUPTED,)
-    if cycle.outcome not in expected:
-        wrong.append(f"on record as {cycle.outcome}")
-    assert cycle.recording is not None
-    files = sorted(ward.out.glob(f"{Path(cycle.recording).stem}*.mcap"))
-    held = [verdict for file in files if (verdict := _look_at(file)) is not None]
-    if not held:
-        wrong.append(f"no row of the recording {cycle.recording}, in {len(files)} files")
-    if len(held) < len(files) and ward.hung is None and victim not in ("recorder", "all"):
-        wrong.append("a file without a row, whose recorder did not end")
-    return cycle, len(files), [*wrong, *itertools.chain.from_iterable(held)]
-
-
-def _look_at(file: Path) -> list[str] | None:
-    """What is wrong with a recording: it can be read, and replays to the last bit.
-
-    None of one without a row, which a recorder that ended as it began has left: that is no flaw
-    where the parts after it hold the cycle.
-    """
-    try:
-        with closing(RecordingReader(file)) as reader:
-            verdict = replay.replay(reader)
-    except NothingRecordedError:
-        return None
-    if not verdict.identical:
-        return [f"{file.name}: replay differs: {verdict.first}"]
-    return [f"{file.name}: {reader.flaw}"] if reader.is_damaged else []
 
 
 @contextmanager
