@@ -131,6 +131,28 @@ def test_nothing_is_done_while_nobody_looks(
     play(look(), SECONDS)
 
 
+def test_whoever_comes_as_it_comes_to_rest_gets_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Turns of half a second, two of them idle: the instants lie on both sides of each turn.
+    monkeypatch.setattr(feeds, "FRAMES_PER_S", 2.0)
+
+    async def come_back(pause_s: float, past_s: float) -> None:
+        feed = Feed(tmp_path)
+        async with feed.subscribed(HEAD, 0.0) as one:
+            await frames(one, 1)
+        await asyncio.sleep(pause_s)
+        async with feed.subscribed(HEAD, past_s) as one:
+            await asyncio.wait_for(frames(one, 600), 10.0)
+
+    async def look() -> None:
+        with WrittenMachine(tmp_path, ""):
+            pauses = [(0.1 * i, past_s) for i in range(21) for past_s in (0.0, 0.5)]
+            await asyncio.gather(*(come_back(*one) for one in pauses))
+
+    play(look(), SECONDS)
+
+
 def test_a_control_process_that_is_replaced_is_told_and_followed(tmp_path: Path) -> None:
     async def look() -> None:
         feed = Feed(tmp_path)

@@ -172,8 +172,10 @@ class Feed:
     async def _run(self) -> None:
         """A turn a frame, as long as somebody looks."""
         idle, due_s = 0, time.monotonic()
-        while idle < FRAMES_PER_S:
+        while True:
             idle = 0 if self._subscribers else idle + 1
+            if idle > FRAMES_PER_S:
+                return  # in the same step: whoever came while it slept would get no row, ever
             self._give(self._source.read(), self._subscribers)
             now_s = time.monotonic()
             self.stalled.update(one for one in self._subscribers if one.is_stalled(now_s))
