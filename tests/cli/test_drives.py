@@ -30,9 +30,17 @@ def own_name() -> str:
     return f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
 
 
-def test_a_device_file_that_is_none_is_refused_before_anything_begins(tmp_path: Path) -> None:
+@pytest.mark.parametrize("contact_stop", [None, "object_index = 0x2301"])
+def test_a_device_file_by_which_no_drives_are_made_is_refused_before_anything_begins(
+    tmp_path: Path, contact_stop: str | None
+) -> None:
+    file, name = tmp_path / "mine.toml", own_name()
+    if contact_stop is not None:
+        text = device_file.EMULATED.read_text(encoding="utf-8")
+        file.write_text(text.replace("object_index = 0x2300", contact_stop), encoding="utf-8")
     with pytest.raises(InputError):
-        drives(DrivesOptions(device=tmp_path / "none.toml"))
+        drives(DrivesOptions(device=file, drives_name=name))
+    assert not machine_folder.find(name).exists()
 
 
 @pytest.fixture(scope="module")

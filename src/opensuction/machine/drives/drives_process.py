@@ -52,10 +52,9 @@ def prepare(
 ) -> None:
     """Write down in a folder what shall be played there: a loop's twin, at rest, and its servos.
 
-    device: device file, of which the folder has a copy afterwards. Raises InputError for none, and
-    where the insertion drive's own stop would hold the head inside.
+    device: device file, of which the folder has a copy afterwards. Raises InputError as `check`.
     """
-    check_stop(device_file.load(device), device)
+    check(device)
     side = without_patience(twin_machine.side_of(loop, seed))
     twin_machine.prepare(folder, side, PlantState(state.machine, state.bedside))
     private_file.write(folder / device_file.NAME, device.read_bytes())
@@ -66,6 +65,11 @@ def prepare(
     }
     with private_file.create(folder / SERVOS) as file:
         np.savez(file, insertion=servos["insertion"], valve=servos["valve"])
+
+
+def check(file: Path) -> None:
+    """Raises InputError for no device file, and where drives by it would hold the head inside."""
+    check_stop(device_file.load(file), file)
 
 
 def _servos(folder: Path) -> Servos:

@@ -53,9 +53,9 @@ class Drives(NamedTuple):
 def find_free(name: str, device: Path | None) -> Path:
     """The folder of drives that nobody plays yet.
 
-    Raises InputError where somebody does, or the device file is none.
+    Raises InputError where somebody does, or where no drives can be made by the device file.
     """
-    device_file.load(device or device_file.EMULATED)
+    drives_process.check(device or device_file.EMULATED)
     folder = machine_folder.make(name)
     if (process := holder(folder / PLAYS)) is not None:
         raise InputError(
