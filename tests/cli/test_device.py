@@ -37,8 +37,9 @@ def real(tmp_path: Path) -> Path:
 
 
 def test_an_unknown_act_and_a_missing_file_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"unknown act 'chek': did you mean 'check'\?"):
-        run(DeviceOptions("chek", tmp_path / "none.toml"))
+    for wrong, right in (("chek", "check"), ("hme", "home")):
+        with pytest.raises(InputError, match=rf"unknown act '{wrong}': did you mean '{right}'\?"):
+            run(DeviceOptions(wrong, tmp_path / "none.toml"))
     with pytest.raises(InputError, match="no such file"):
         run(DeviceOptions("check", tmp_path / "none.toml"))
 
@@ -47,13 +48,29 @@ def test_nothing_moves_without_a_person_who_says_yes(
     real: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("yes\n"))
-    with pytest.raises(InputError, match="asks a person at the machine"):
+    with pytest.raises(InputError, match="ask a person at the machine"):
         run(DeviceOptions("check", real, moves=True))
     for answer in ("", "no\n", "y\n"):
         monkeypatch.setattr("sys.stdin", Terminal(answer))
         with pytest.raises(InputError, match="nothing was moved"):
             run(DeviceOptions("check", real, moves=True))
     assert "Is the catheter out of everybody" in capsys.readouterr().err
+    assert not (real.parent / "emulated").exists()  # nobody was on the bus
+
+
+def test_nothing_is_homed_without_a_method_and_a_person_who_says_yes(
+    real: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(InputError, match=r"its drives know where they are; give the method"):
+        run(DeviceOptions("home", real))
+    text = real.read_text(encoding="utf-8")
+    real.write_text(text.replace("method = 0 ", "method = 37 ", 1), encoding="utf-8")
+    monkeypatch.setattr("sys.stdin", Terminal("no\n"))
+    with pytest.raises(InputError, match="nothing was moved"):
+        run(DeviceOptions("home", real))
+    said = capsys.readouterr().err
+    assert "The insertion drive will take itself to be at 0 mm: it has to stand there now." in said
+    assert "The head will move" not in said  # that is asked with --move
     assert not (real.parent / "emulated").exists()  # nobody was on the bus
 
 
@@ -82,6 +99,11 @@ def test_emulated_drives_are_checked_and_a_wrong_scale_is_found(
         assert "node   1  insertion drive  vendor" in shown
         assert "✓ As its device file says" in shown
         text = path.read_text(encoding="utf-8")
+        homed = tmp_path / "homed.toml"
+        homed.write_text(text.replace("method = 0\n", "method = 37\n", 1), encoding="utf-8")
+        assert run(DeviceOptions("home", homed)) == DONE
+        shown = capsys.readouterr().out
+        assert "insertion homed by method 37: at 0.00 mm, took itself to be at 0.0" in shown
         wrong = tmp_path / "wrong.toml"
         wrong.write_text(text.replace("gear_ratio = 3.0", "gear_ratio = 6.0"), encoding="utf-8")
         assert run(DeviceOptions("check", wrong, moves=True, as_json=True)) == FAILED

@@ -280,7 +280,7 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         "with serve real ones.",
         metavar="FILE",
     ),
-    "device_act": typer.Argument(help="Act: check.", metavar="ACT", show_default=False),
+    "device_act": typer.Argument(help="Act: check, home.", metavar="ACT", show_default=False),
     "device_path": typer.Argument(
         help="Device file (TOML): bus, nodes, units and limits.",
         metavar="FILE",

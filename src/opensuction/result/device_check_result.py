@@ -1,6 +1,6 @@
-"""Result of the check of a machine on a bus: its nodes, inputs, small moves and vacuum.
+"""Result of the check of a machine on a bus: its nodes, inputs, homing, small moves and vacuum.
 
-Names and units of the fields are those of the JSON object of ``opensuction device check``.
+Names and units of the fields are those of the JSON object of ``opensuction device``.
 """
 
 from typing import NamedTuple
@@ -31,6 +31,26 @@ class InputsFound(NamedTuple):
     spo2_percent: float | None
     heart_rate_per_min: float | None
     airway_pressure_cmh2o: float | None
+
+
+class HomedFound(NamedTuple):
+    """Homing of an axis."""
+
+    axis: str
+    """``insertion`` or ``valve``."""
+    unit: str
+    method: int
+    """Object 0x6098."""
+    at: float
+    """Position of the home, by the device file."""
+    before: float
+    """Position that the drive had taken itself to be at."""
+    by_drive: float
+    """And has afterwards."""
+    by_second_sensor: float | None
+    """Afterwards; None: the axis has none, or it tells nothing."""
+    problem: str
+    """Empty: there is none."""
 
 
 class MoveFound(NamedTuple):
@@ -71,7 +91,10 @@ class DeviceCheckResult(NamedTuple):
     interface: str
     channel: str
     nodes: tuple[NodeFound, ...]
+    homed: tuple[HomedFound, ...]
+    """Empty where none was asked for."""
     inputs: InputsFound
+    """After homing, where that was asked for."""
     moves: tuple[MoveFound, ...]
     """Empty where none were asked for."""
     vacuum: VacuumFound | None

@@ -6,7 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.machine.canopen import device, objects
-from opensuction.machine.canopen.device import Analogue, AxisMode, DriveAxis, Encoder, Identity
+from opensuction.machine.canopen.device import (
+    Analogue,
+    AxisMode,
+    DriveAxis,
+    Encoder,
+    Homing,
+    Identity,
+)
 from opensuction.machine.canopen.objects import AbortConnection
 
 ANY = Identity(0, 0, 0)
@@ -30,6 +37,8 @@ def axis(counts_per_unit: float, zero: int) -> DriveAxis:
         rated_current_a=1.0,
         most_torque=1.0,
         lost_host=AbortConnection.WITHDRAW,
+        following_window=0.0,
+        homing=Homing(method=0, at=0.0, per_s=1.0, slow_per_s=1.0, per_s2=1.0),
     )
 
 
@@ -81,3 +90,10 @@ def test_every_frame_is_as_long_as_what_is_mapped_into_it() -> None:
         bits = [bits for _, _, bits in one.objects]
         assert one.layout.size * 8 == sum(bits) <= 64
         assert [entry & 0xFF for entry in one.entries] == bits
+
+
+@given(scale=st.floats(10.0, 1e5), sign=st.sampled_from([1.0, -1.0]))
+def test_a_following_window_is_in_counts_and_none_is_all_bits(scale: float, sign: float) -> None:
+    one = axis(sign * scale, 0)
+    assert device.window_of(one) == 0xFFFFFFFF
+    assert device.window_of(one._replace(following_window=2.0)) == round(2.0 * scale)

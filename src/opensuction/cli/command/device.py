@@ -1,4 +1,4 @@
-"""``device check``: a machine on a CANopen bus, held against its device file."""
+"""``device check`` and ``device home``: a machine on a CANopen bus, held against its file."""
 
 import sys
 from pathlib import Path
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from opensuction.machine.canopen.device import Device
     from opensuction.result.device_check_result import DeviceCheckResult, InputsFound
 
-CHECK = "check"
+CHECK, HOME = "check", "home"
 NAME = "check"
 """Of this command on a bus of one computer."""
-QUESTION = (
+MOVES = (
     "The head will move inwards by 6 mm and back, the valve will open a little, the pump will run. "
-    "Is the catheter out of everybody, and a hand at the emergency stop? [yes/no] "
 )
+SAFE = "Is the catheter out of everybody, and a hand at the emergency stop? [yes/no] "
 CONSENT = "yes"
 
 
@@ -36,7 +36,7 @@ class DeviceOptions(NamedTuple):
 
 
 def run(options: DeviceOptions) -> int:
-    """Carry out ``device check``; returns the exit status.
+    """Carry out ``device``; returns the exit status.
 
     Raises InputError for bad input, a node that does not answer, and one that is not as the file
     says.
@@ -46,17 +46,20 @@ def run(options: DeviceOptions) -> int:
     from opensuction.cli.progress import ProgressTeller
     from opensuction.host.host import finish
     from opensuction.host.this_computer import THIS_COMPUTER
-    from opensuction.machine.canopen import device_check, device_file
+    from opensuction.machine.canopen import device_check, device_file, homing
     from opensuction.machine.canopen.canopen_machine import hold
     from opensuction.machine.canopen.frame_bus import open_bus
     from opensuction.settings import wording
 
-    if options.device_act != CHECK:
-        act = options.device_act
-        raise InputError(wording.unknown(f"act {wording.show(act)}", act, (CHECK,)))
+    act = options.device_act
+    if act not in (CHECK, HOME):
+        raise InputError(wording.unknown(f"act {wording.show(act)}", act, (CHECK, HOME)))
     device = device_file.load(options.device_path)
-    if options.moves and not device.in_silico:
-        _ask_person()
+    homes = act == HOME
+    if homes:
+        homing.require(device)
+    if (options.moves or homes) and not device.in_silico:
+        _ask_person((homing.announce(device) if homes else "") + (MOVES if options.moves else ""))
     progress = ProgressTeller()
     folder = options.device_path.parent
     with ExitStack() as stack:
@@ -64,20 +67,27 @@ def run(options: DeviceOptions) -> int:
             stack.enter_context(closing(hold(folder, THIS_COMPUTER)))
         bus = stack.enter_context(closing(open_bus(device.bus, THIS_COMPUTER, NAME, folder)))
         found = finish(
-            device_check.check(device, bus, THIS_COMPUTER, moves=options.moves, tell=progress.tell),
+            device_check.check(
+                device,
+                bus,
+                THIS_COMPUTER,
+                homes=homes,
+                moves=options.moves,
+                tell=progress.tell,
+            ),
             THIS_COMPUTER.clock,
         )
     show(options.as_json, to_json(found), lambda console: _summarise(console, device, found))
     return entry.DONE if found.ok else entry.FAILED
 
 
-def _ask_person() -> None:
+def _ask_person(announced: str) -> None:
     """Ask whoever watches the machine. Raises InputError for anything but their consent."""
     if not sys.stdin.isatty():
         raise InputError(
-            "--move asks a person at the machine, and there is no terminal: call it in one"
+            "home and --move ask a person at the machine, and there is no terminal: call them in one"
         )
-    sys.stderr.write(QUESTION)
+    sys.stderr.write(announced + SAFE)
     sys.stderr.flush()
     if sys.stdin.readline().strip().lower() != CONSENT:
         raise InputError("nothing was moved: the answer was not 'yes'")
@@ -93,6 +103,14 @@ def _summarise(console: "Console", device: "Device", found: "DeviceCheckResult")
         )
     for line in _list_inputs(device, found.inputs):
         console.print(f"  {line}")
+    for one in found.homed:
+        second = "no second sensor: look whether it is"
+        if one.by_second_sensor is not None:
+            second = f"{one.by_second_sensor:.2f} by the second sensor"
+        console.print(
+            f"  {one.axis} homed by method {one.method}: at {one.by_drive:.2f} {one.unit}, took "
+            f"itself to be at {one.before:.2f}; {second}"
+        )
     for move in found.moves:
         second = "no second sensor: look whether it did"
         if move.by_second_sensor is not None:
@@ -144,17 +162,21 @@ COMMAND = Command(
     name="device",
     options=DeviceOptions,
     run=run,
-    sentence="Check a machine on a CANopen bus: its nodes, inputs, small moves and vacuum.",
-    details="Asks each node of a device file for its identity, sets it up and reads it again, and "
-    "shows the inputs; a node that is not as the file says is refused with all differences. With "
-    "--move the head is moved by 6 mm at half of its torque and held against its second sensor, "
-    "which shows a wrong gear ratio, scale or sign; then the valve a little, and a vacuum is "
-    "drawn. A person at the machine is asked before, unless the file says that it is emulated. "
-    "No controller may have the machine meanwhile. Research software: never with a patient. "
-    "The device file: docs/how-to/write-a-device-file.md.",
+    sentence="Check or home a machine on a CANopen bus: its nodes, inputs, small moves and vacuum.",
+    details="check asks each node of a device file for its identity, sets it up and reads it "
+    "again, and shows the inputs; a node that is not as the file says is refused with all "
+    "differences. home does the same, and has each drive whose homing.method is not 0 find its "
+    "position, as one with an incremental encoder must whenever it was switched on; then the "
+    "head's second sensor has to agree. With --move the head is moved by 6 mm at half of its "
+    "torque and held against its second sensor, which shows a wrong gear ratio, scale or sign; "
+    "then the valve a little, and a vacuum is drawn. A person at the machine is asked before "
+    "anything moves, unless the file says that it is emulated. No controller may have the machine "
+    "meanwhile. Research software: never with a patient. The device file: "
+    "docs/how-to/write-a-device-file.md.",
     examples="""\b
 Examples:
   opensuction device check can0.toml
+  opensuction device home can0.toml             supervised; catheter out
   opensuction device check can0.toml --move     supervised; catheter out
   opensuction device check can0.toml --json""",
     ends="0 as the file says, 1 a problem was found",

@@ -75,6 +75,8 @@ class CanopenMachine:
         self._refused: dict[int, str] = {}
         self._boots = [0, 0, 0]
         self._restarted: set[int] = set()
+        self.homing: set[int] = set()
+        """Places of drives that are being homed."""
         self._beyond: set[int] = set()
         """Axes that are left without torque, as they stand beyond their range."""
         self._set_up_s = math.inf
@@ -146,7 +148,14 @@ class CanopenMachine:
             self.image = process_image.forget_lost_host(self.image)
             self._restarted.clear()
         frames, self._axes = set_point.set_points(
-            self.device, self.image, self._axes, message, now_s, self._restarted, self._read
+            self.device,
+            self.image,
+            self._axes,
+            message,
+            now_s,
+            self._restarted,
+            self._read,
+            self.homing,
         )
         self._say_beyond((message.commands.insertion_on, message.commands.valve_on))
         # Half a period forgives a time that is a number of periods.
@@ -162,7 +171,8 @@ class CanopenMachine:
         for place, axis in enumerate((self.device.insertion, self.device.valve)):
             counts = self.image.axes[place].counts
             is_on = process_image.state_of(self.image, place) == PowerState.OPERATION_ENABLED
-            if not wanted[place] or is_on or set_point.is_in_range(axis, counts):
+            may_be = place in self.homing or set_point.is_in_range(axis, counts)
+            if not wanted[place] or is_on or may_be:
                 continue
             beyond.add(place)
             if place not in self._beyond:
@@ -203,11 +213,34 @@ class CanopenMachine:
 
     def _begin_set_up(self, place: int) -> None:
         """Set up a node from its beginning."""
+        self._ask(place, node_setup.set_up(self.device, place), is_up=False)
+
+    def is_asking(self, place: int) -> bool:
+        """True while requests to a node are under way."""
+        return place in self._asking
+
+    def refusal(self, place: int) -> str:
+        """Differences of a node that the last requests have found; "" for none."""
+        return self._refused.get(place, "")
+
+    def objection(self, place: int) -> str:
+        """Objection to a node's readings, by the last look; "" for none."""
+        return self._said[place]
+
+    def ask(self, place: int, steps: Setup) -> None:
+        """Begin with requests to a node that is set up, in place of those that are under way."""
+        self._ask(place, steps, is_up=True)
+
+    def _ask(self, place: int, steps: Setup, *, is_up: bool) -> None:
+        """is_up: it has answered already, and stays operational."""
         now_s = self._now_s()
         self._refused.pop(place, None)
-        steps = node_setup.set_up(self.device, place)
         self._asking[place] = Asking(
-            steps, next(steps), now_s, now_s + NODE_STARTS_S, has_answered=False
+            steps,
+            next(steps),
+            repeat_s=now_s,
+            ends_s=now_s + (node_setup.PATIENCE_S if is_up else NODE_STARTS_S),
+            has_answered=is_up,
         )
 
     def _go_on_setting_up(self, now_s: float) -> None:

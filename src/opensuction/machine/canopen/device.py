@@ -64,6 +64,30 @@ class Encoder(NamedTuple):
     """The drive counts down as the head moves in, or the valve opens."""
 
 
+HOMES_HERE: Final = (35, 37)
+"""Homing methods that move nothing: where the axis stands is its home."""
+
+
+class Homing(NamedTuple):
+    """Way in which a drive finds its position after it was switched on (CiA 402)."""
+
+    method: Annotated[int, Ge(-128), Le(37)]
+    """Object 0x6098; 0: the drive knows its position by itself."""
+    at: float
+    """Position of the point that the method finds, mm or rad."""
+    per_s: Annotated[float, Gt(0), Le(1000)]
+    """Speed towards a switch or an end (0x6099:01), mm/s or rad/s."""
+    slow_per_s: Annotated[float, Gt(0), Le(1000)]
+    """Speed at which the point itself is found (0x6099:02)."""
+    per_s2: Annotated[float, Gt(0), Le(100_000)]
+    """Acceleration (0x609A)."""
+
+    @property
+    def moves(self) -> bool:
+        """True where the axis moves while it is homed."""
+        return self.method not in (0, *HOMES_HERE)
+
+
 class DriveAxis(NamedTuple):
     """One CiA 402 drive with its axis."""
 
@@ -84,6 +108,10 @@ class DriveAxis(NamedTuple):
     """Highest share of the rated torque."""
     lost_host: AbortConnection
     """Reaction to a host that is lost."""
+    following_window: Annotated[float, Ge(0), Le(10_000)]
+    """Distance from set point to position beyond which the drive takes its torque off (0x6065), mm
+    or rad; 0: it never does."""
+    homing: Homing
 
     @property
     def counts_per_unit(self) -> float:
@@ -198,6 +226,12 @@ def counts_of(axis: DriveAxis, position: float) -> int:
     """Target on the bus for a position in mm or rad, within the axis' range, as 32 bits hold it."""
     within = min(max(position, axis.lowest), axis.highest)
     return wrap(axis.zero_counts + round(within * axis.counts_per_unit))
+
+
+def window_of(axis: DriveAxis) -> int:
+    """Following error window in counts; all bits switch the drive's watch off (CiA 402)."""
+    counts = round(axis.following_window * abs(axis.counts_per_unit))
+    return counts if axis.following_window > 0.0 else WRAP - 1
 
 
 def wrap(counts: int) -> int:

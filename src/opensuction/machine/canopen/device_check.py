@@ -1,4 +1,4 @@
-"""Check of a machine on a bus: identity of its nodes, inputs, a small move of each axis, vacuum.
+"""Check of a machine on a bus: its nodes, inputs and homing, a small move of each axis, vacuum.
 
 A device file may be wrong in what no node can tell: a gear ratio, a sign, the scale of a sensor. A
 small move at half of the torque shows it: the head by its second sensor, which sits behind gear
@@ -8,22 +8,17 @@ watches it, with a hand at the emergency stop and no catheter in anybody.
 Steps, as of any process (`host.host.Steps`): the caller sleeps until the next one.
 """
 
-import math
 from collections.abc import Callable, Generator
 from typing import Any, Final, TypeVar
 
-import numpy as np
-
-from opensuction.host.host import NS_PER_S, Host, Steps, after
-from opensuction.kernel.codegen import plain_row, row
+from opensuction.host.host import Host, Steps, after
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.interface import Commands, DriveMessage, Readings
-from opensuction.kernel.record import make_zero
-from opensuction.machine.canopen import node_setup
-from opensuction.machine.canopen.canopen_machine import SET_UP_S, CanopenMachine
+from opensuction.kernel.interface import Readings
+from opensuction.machine.canopen import homing, node_setup
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus
 from opensuction.machine.canopen.process_image import NAMES
+from opensuction.machine.canopen.supervised_machine import SupervisedMachine
 from opensuction.result.device_check_result import (
     DeviceCheckResult,
     InputsFound,
@@ -32,13 +27,10 @@ from opensuction.result.device_check_result import (
     VacuumFound,
 )
 
-TORQUE_SHARE: Final = 0.5
-"""Of the device file's highest torque, for the moves."""
 TAKE_UP_MM, MOVE_MM, MOVE_MM_PER_S = 1.0, 5.0, 5.0
 """First the gear's backlash is taken up, then the head is moved by this much."""
 MOVE_RAD, MOVE_RAD_PER_S = 0.1, 0.2
 SETTLES_S: Final = 1.0
-GREETS_S: Final = 0.3
 ENABLES_S: Final = 0.5
 RIGHT: Final = 0.2
 """Largest deviation, as a share: backlash and noise are a tenth of `MOVE_MM`, a wrong gear more."""
@@ -50,19 +42,31 @@ Result = TypeVar("Result")
 
 
 def check(
-    device: Device, bus: FrameBus, host: Host, *, moves: bool, tell: Callable[[str], None]
+    device: Device,
+    bus: FrameBus,
+    host: Host,
+    *,
+    homes: bool = False,
+    moves: bool,
+    tell: Callable[[str], None],
 ) -> Steps[DeviceCheckResult]:
-    """Check a machine. moves: axes are moved and a vacuum is drawn, too. tell: of what is done.
+    """Check a machine. tell: told of what is done.
 
-    Raises InputError where a node does not answer, or is not as the device file says.
+    homes: drives are homed before. moves: axes are moved and a vacuum is drawn, too; not where
+    homing has failed. Raises InputError where a node does not answer, or is not as the device file
+    says.
     """
     tell("Asking the nodes who they are")
     nodes = yield from identify(device, bus, host)
     tell("Setting them up and reading their inputs")
     checked = DeviceCheck(device, bus, host)
-    inputs = _list_inputs((yield from checked.set_up()))
+    yield from checked.set_up()
+    homed = (yield from homing.home_axes(checked, tell)) if homes else ()
+    inputs = _list_inputs(checked.readings)
     found: list[MoveFound] = []
-    vacuum, problems = None, _missing(inputs)
+    vacuum, problems = None, [f"{one.axis}: {one.problem}" for one in homed if one.problem]
+    moves = moves and not problems
+    problems += _missing(inputs)
     if moves:
         tell(f"Moving the head by {TAKE_UP_MM + MOVE_MM:g} mm inwards and back")
         found.append((yield from checked.move_head()))
@@ -79,6 +83,7 @@ def check(
         interface=device.bus.interface,
         channel=device.bus.channel,
         nodes=nodes,
+        homed=homed,
         inputs=inputs,
         moves=tuple(found),
         vacuum=vacuum,
@@ -152,63 +157,13 @@ def _ask(
             return result
 
 
-class DeviceCheck:
+class DeviceCheck(SupervisedMachine):
     """Moves and tests of a machine, one after the other."""
-
-    def __init__(self, device: Device, bus: FrameBus, host: Host) -> None:
-        """Moves are at `TORQUE_SHARE` of the torque that the device file allows."""
-        axis = device.insertion
-        gentle = axis._replace(most_torque=TORQUE_SHARE * axis.most_torque)
-        self.device, self._host = device._replace(insertion=gentle), host
-        self._port = CanopenMachine(self.device, bus, host)
-        self._row = np.zeros(len(row.columns(Readings)))
-
-    @property
-    def readings(self) -> Readings:
-        """The newest."""
-        return plain_row.unpack(Readings, self._row)
-
-    def set_up(self) -> Steps[Readings]:
-        """Set the nodes up; what they read. Raises InputError with all differences."""
-        ends_ns = after(self._host.clock, SET_UP_S)
-        while not self._port.read(self._row):
-            if self._host.clock.monotonic_ns() > ends_ns:
-                raise InputError(f"the machine '{self.device.name}' gives no readings")
-            yield after(self._host.clock, 0.001)
-        yield from self._drive(GREETS_S, released=True)
-        return self.readings
-
-    def _drive(
-        self,
-        seconds: float,
-        command: Callable[[float], dict[str, Any]] = lambda _: {},
-        stops: Callable[[], bool] = lambda: False,
-        *,
-        released: bool = False,
-    ) -> Steps[bool]:
-        """Command the machine for some time; false where it was stopped before.
-
-        command: what is commanded after so many seconds. stops: ends it at once.
-        """
-        period_s, begun_ns = self.device.bus.period_s, self._host.clock.monotonic_ns()
-        for cycle in range(math.ceil(seconds / period_s)):
-            commands = make_zero(Commands)._replace(**command(cycle * period_s))
-            sent = make_zero(DriveMessage, commands=commands, released=released)
-            self._port.write(plain_row.pack(DriveMessage, sent))
-            yield begun_ns + round((cycle + 1) * period_s * NS_PER_S)
-            self._port.read(self._row)
-            if stops():
-                return False
-        return True
-
-    def _release(self) -> Steps[None]:
-        """Take the torque off both drives."""
-        yield from self._drive(5 * self.device.bus.period_s)
 
     def move_head(self) -> Steps[MoveFound]:
         """Move the catheter head inwards and back, and compare its two sensors."""
         first, begun = self.readings.head_mm, self.readings
-        yield from self._drive(ENABLES_S, lambda _: {"insertion_on": True, "head_mm": first})
+        yield from self.drive(ENABLES_S, lambda _: {"insertion_on": True, "head_mm": first})
         whole = yield from self._move_head_to(first + TAKE_UP_MM, begun)
         if whole:
             begun = self.readings
@@ -216,7 +171,7 @@ class DeviceCheck:
         ended = self.readings
         if whole:
             yield from self._move_head_to(first, ended)
-        yield from self._release()
+        yield from self.release()
         second = ended.carriage_mm - begun.carriage_mm
         knows = begun.carriage_valid and ended.carriage_valid
         return _judge_head(ended.head_mm - begun.head_mm, second if knows else None, ended)
@@ -237,12 +192,12 @@ class DeviceCheck:
             share = min(at_s / lasts_s, 1.0) if lasts_s else 1.0
             return {"insertion_on": True, "head_mm": from_mm + share * (to_mm - from_mm)}
 
-        return (yield from self._drive(lasts_s + SETTLES_S, command, goes_too_far))
+        return (yield from self.drive(lasts_s + SETTLES_S, command, goes_too_far))
 
     def move_valve(self) -> Steps[MoveFound]:
         """Move the cam towards open, and let its spring close it. No second sensor tells."""
         first = self.readings.cam_rad
-        yield from self._drive(ENABLES_S, lambda _: {"valve_on": True, "cam_rad": first})
+        yield from self.drive(ENABLES_S, lambda _: {"valve_on": True, "cam_rad": first})
 
         def command(at_s: float) -> dict[str, Any]:
             return {"valve_on": True, "cam_rad": first + min(at_s * MOVE_RAD_PER_S, MOVE_RAD)}
@@ -251,9 +206,9 @@ class DeviceCheck:
             now = self.readings
             return not now.cam_valid or abs(now.cam_rad - first) > TOO_FAR * MOVE_RAD
 
-        yield from self._drive(MOVE_RAD / MOVE_RAD_PER_S + SETTLES_S, command, goes_too_far)
+        yield from self.drive(MOVE_RAD / MOVE_RAD_PER_S + SETTLES_S, command, goes_too_far)
         ended = self.readings
-        yield from self._release()
+        yield from self.release()
         moved, problem = ended.cam_rad - first, ""
         if not ended.cam_valid:
             problem = "its drive was lost meanwhile"
@@ -274,10 +229,10 @@ class DeviceCheck:
             return {"pump_on": True, "vacuum_mmhg": VACUUM_MMHG}
 
         begun = self.readings.line_vacuum_mmhg
-        yield from self._drive(VACUUM_S, pump, has_come)
-        yield from self._drive(SETTLES_S, pump)
+        yield from self.drive(VACUUM_S, pump, has_come)
+        yield from self.drive(SETTLES_S, pump)
         reached = self.readings.line_vacuum_mmhg
-        yield from self._drive(VENTS_S, stops=has_gone)
+        yield from self.drive(VENTS_S, stops=has_gone)
         left, problem = self.readings.line_vacuum_mmhg, ""
         if not self.readings.vacuum_valid:
             problem = "its sensor was lost meanwhile"

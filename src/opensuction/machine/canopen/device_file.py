@@ -173,6 +173,21 @@ def _axis_problems(name: str, axis: DriveAxis) -> Iterator[str]:
             f"{name}.encoder gives {counts:g} counts for each {unit}, coarser than {coarsest:g} "
             f"{unit}; check counts_per_turn, gear_ratio and travel_per_turn"
         )
+    if not axis.lowest <= axis.homing.at <= axis.highest:
+        yield (
+            f"{name}.homing.at is {axis.homing.at:g}, beyond the axis' range; give a position from "
+            f"{name}.lowest to {name}.highest"
+        )
+    if axis.homing.slow_per_s > axis.homing.per_s or axis.homing.per_s > axis.most_per_s:
+        yield (
+            f"{name}.homing has speeds of {axis.homing.per_s:g} and {axis.homing.slow_per_s:g}; "
+            f"give {name}.most_per_s of {axis.most_per_s:g} at most, and slow_per_s the lower"
+        )
+    if counts * axis.following_window >= WRAP - 1:
+        yield (
+            f"{name}.following_window is {axis.following_window:g}, more than 32 bits hold; give "
+            "less, or 0 for none"
+        )
     if counts * max(abs(axis.lowest), abs(axis.highest)) >= WRAP // 2:
         yield (
             f"{name}.encoder gives {counts:g} counts for each {unit}: 32 bits do not hold the "

@@ -58,8 +58,9 @@ _EXPEDITED: Final = {4: 0x23, 2: 0x2B, 1: 0x2F}
 _WRITTEN, _READ_REQUEST, _ABORTED = 0x60, 0x40, 0x80
 _LENGTHS: Final = {0x43: 4, 0x47: 3, 0x4B: 2, 0x4F: 1, 0x42: 4}
 _HEAD: Final = struct.Struct("<BHB")
+_NO_OBJECT: Final = 0x06020000
 _REASONS: Final = {
-    0x06020000: "does not exist",
+    _NO_OBJECT: "does not exist",
     0x06090011: "has no such subindex",
     0x06010002: "is read-only",
     0x06070010: "has another length",
@@ -77,6 +78,8 @@ class Entry(NamedTuple):
     value: int
     is_read_again: bool = True
     """Steps on the way to a value, such as a PDO that is switched off, are not."""
+    may_lack: bool = False
+    """A node that does not have the object does by itself what is asked for."""
 
 
 Answer = bytes | None
@@ -96,13 +99,32 @@ def set_up(device: Device, place: int) -> Setup:
     wrong = yield from _check_identity(device, place)
     if wrong:
         return wrong
-    written = list(entries(device, place))
+    return (yield from _write_all(node, list(entries(device, place))))
+
+
+def start_homing(device: Device, place: int) -> Setup:
+    """Set up a drive without torque for homing; it begins with a bit of its control word."""
+    axis = (device.insertion, device.valve)[place]
+    return (yield from _write_all(axis.node, list(_homing_entries(axis))))
+
+
+def end_homing(device: Device, place: int) -> Setup:
+    """Set up a drive without torque for set points again."""
+    mode = Entry(Axis.MODE, 0, 8, Mode.CYCLIC_POSITION)
+    return (yield from _write_all(device.nodes[place], [mode]))
+
+
+def _write_all(node: int, written: list[Entry]) -> Setup:
+    """Write values, then read them again; differences in words."""
+    wrong, lacking = [], set()
     for one in written:
         refused = yield from _write(node, one)
-        if refused:
+        if refused and one.may_lack and refused.endswith(_REASONS[_NO_OBJECT]):
+            lacking.add(one)
+        elif refused:
             wrong.append(refused)
     for one in written:
-        if one.is_read_again:
+        if one.is_read_again and one not in lacking:
             value, refused = yield from _read(node, one.object_index, one.sub)
             wanted = one.value % (1 << one.bits)
             if not refused and value % (1 << one.bits) != wanted:
@@ -178,6 +200,20 @@ def _axis_entries(device: Device, axis: DriveAxis) -> Iterator[Entry]:
     ends = sorted(units.counts_of(axis, end) for end in (axis.lowest, axis.highest))
     for sub, end in enumerate(ends, 1):
         yield Entry(Axis.POSITION_LIMIT, sub, 32, end)
+    window, is_off = units.window_of(axis), axis.following_window == 0.0
+    yield Entry(Axis.FOLLOWING_ERROR_WINDOW, 0, 32, window, may_lack=is_off)
+
+
+def _homing_entries(axis: DriveAxis) -> Iterator[Entry]:
+    homing, counts = axis.homing, abs(axis.counts_per_unit)
+    here = units.wrap(axis.zero_counts + round(homing.at * axis.counts_per_unit))
+    yield Entry(Axis.MODE, 0, 8, Mode.HOMING)
+    yield Entry(Axis.HOMING_METHOD, 0, 8, homing.method)
+    yield Entry(Axis.HOME_OFFSET, 0, 32, here)
+    if homing.moves:
+        yield Entry(Axis.HOMING_SPEEDS, 1, 32, round(homing.per_s * counts))
+        yield Entry(Axis.HOMING_SPEEDS, 2, 32, round(homing.slow_per_s * counts))
+        yield Entry(Axis.HOMING_ACCELERATION, 0, 32, round(homing.per_s2 * counts))
 
 
 def _module_entries(device: Device, node: int) -> Iterator[Entry]:

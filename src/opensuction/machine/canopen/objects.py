@@ -88,6 +88,10 @@ class Axis(IntEnum):
     QUICK_STOP_DECELERATION = 0x6085
     """In counts/s2."""
     HOMING_METHOD = 0x6098
+    HOMING_SPEEDS = 0x6099
+    """Towards a switch, and at it; in counts/s."""
+    HOMING_ACCELERATION = 0x609A
+    """In counts/s2."""
     INTERPOLATION_PERIOD = 0x60C2
     DIGITAL_INPUTS = 0x60FD
     SUPPORTED_MODES = 0x6502

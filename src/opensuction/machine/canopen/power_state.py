@@ -53,6 +53,9 @@ INTERNAL_LIMIT: Final = 1 << 11
 FOLLOWS_TARGET: Final = 1 << 12
 """In the cyclic modes: the set point is taken into account."""
 FOLLOWING_ERROR: Final = 1 << 13
+HOMED: Final = 1 << 12 | 1 << 10
+"""In homing mode, both: the home was found, and the axis stands there."""
+HOMING_ERROR: Final = 1 << 13
 
 SHUTDOWN: Final = 0x06
 SWITCH_ON: Final = 0x07
@@ -60,6 +63,8 @@ ENABLE_OPERATION: Final = 0x0F
 DISABLE_VOLTAGE: Final = 0x00
 QUICK_STOP: Final = 0x02
 FAULT_RESET: Final = 0x80
+START_HOMING: Final = 1 << 4
+"""Beside `ENABLE_OPERATION`, in homing mode."""
 
 _UNKNOWN: Final = "the status word {:#06x} is no state of CiA 402"
 

@@ -26,7 +26,12 @@ from opensuction.machine.canopen.objects import (
     NmtState,
     rpdo_id,
 )
-from opensuction.machine.canopen.power_state import ENABLE_OPERATION, PowerControl, PowerState
+from opensuction.machine.canopen.power_state import (
+    ENABLE_OPERATION,
+    START_HOMING,
+    PowerControl,
+    PowerState,
+)
 from opensuction.machine.canopen.process_image import INSERTION, MODULE, VALVE, ProcessImage
 
 HOLD_S: Final = 0.012
@@ -63,6 +68,8 @@ class Asked(NamedTuple):
     position: float
     read: float
     """Position that it had read then."""
+    is_homing: bool
+    """Its position is not known yet."""
 
 
 def set_points(
@@ -73,12 +80,14 @@ def set_points(
     now_s: float,
     barred: Collection[int] = (),
     read: tuple[float, float] = (math.nan, math.nan),
+    homing: Collection[int] = (),
 ) -> tuple[list[CanFrame], Axes]:
     """Frames of a cycle without heartbeat and SYNC, and what is remembered of both drives.
 
     A node that is not operational gets none: it would take none. A drive that has missed its host
     gets none either, until a controller has started anew. barred: places of further such drives.
-    read: positions that the controller had for the message.
+    read: positions that the controller had for the message. homing: places of drives that are
+    being homed: wherever they stand.
     """
     commands = message.commands
     wanted = (commands.insertion_on, commands.valve_on)
@@ -96,12 +105,14 @@ def set_points(
             image,
             place,
             axes[place],
-            Asked(wanted[place], positions[place], read[place]),
+            Asked(wanted[place], positions[place], read[place], place in homing),
             message,
         )
         after[place] = control
         counts = units.counts_of(axis, control.target)
-        data = AXIS_TARGET.pack(control.power.word, counts)
+        starts = place in homing and control.power.word == ENABLE_OPERATION
+        word = control.power.word | (START_HOMING if starts else 0)
+        data = AXIS_TARGET.pack(word, counts)
         frames.append(CanFrame(rpdo_id(axis.node, 1), data))
     if process_image.is_obeying(device, image, MODULE, now_s):
         frames += _outputs(device, message)
@@ -118,9 +129,9 @@ def _step_axis(
     message: DriveMessage,
 ) -> AxisControl:
     """Control word and target of a drive in the next cycle."""
-    wanted, position, read = asked
+    wanted, position, read, is_homing = asked
     state = process_image.state_of(image, place)
-    if state != PowerState.OPERATION_ENABLED:
+    if state != PowerState.OPERATION_ENABLED and not is_homing:
         wanted = wanted and is_in_range(axis, image.axes[place].counts)
     power = power_state.step_control(
         control.power,
@@ -131,7 +142,7 @@ def _step_axis(
     )
     here = units.position_of(axis, image.axes[place].counts)
     follows = state == PowerState.OPERATION_ENABLED and power.word == ENABLE_OPERATION
-    if not follows or math.isnan(control.target):
+    if is_homing or not follows or math.isnan(control.target):
         return AxisControl(power, here, here)
     step = axis.most_per_s * device.bus.period_s
     moved = 0.0 if math.isnan(control.asked) else position - control.asked

@@ -37,9 +37,6 @@ ENCODER_LOST, FOLLOWING = 0x7305, 0x8611
 _MOTION, _CURRENT = 0x20, 0x02
 """Bits of the error register."""
 _MODES: Final = (Mode.NONE, Mode.HOMING, Mode.CYCLIC_POSITION, Mode.CYCLIC_TORQUE)
-_HOMES_HERE: Final = (35, 37)
-"""Homing methods: where the axis stands."""
-_START_HOMING, _HOMED = 1 << 4, 0x1400
 _DISABLES, _BRAKES, _STAYS = 0, 2, 6
 """Option codes of quick stop and fault reaction: torque off at once; a ramp, then off; a ramp, and
 it stays there."""
@@ -96,7 +93,7 @@ class EmulatedDrive(EmulatedNode):
         self._velocities: deque[float] = deque(maxlen=FED_TICKS)
         self._seen = Seen(0.0, is_valid=True, drive_v=None, inputs=0)
         self._speed = self._volts = 0.0
-        self._has_target = self._is_homed = False
+        self._has_target = self._is_homed = self._starts_homing = False
         self._barrier = interpolation.OPEN
         self._stopped = (False, False)
         """Inputs forbid motion to lower and to higher positions, in the axis' unit."""
@@ -109,16 +106,17 @@ class EmulatedDrive(EmulatedNode):
         """See `EmulatedNode.on_boot`. A stored program goes on."""
         self.values[Axis.STOP_UP, 0], self.values[Axis.STOP_DOWN, 0] = self.stops
         self.power = POWERED_UP
-        self._is_homed, self._has_target, self._shift = False, False, 0
+        self._has_target = self._is_homed = self._starts_homing = False
+        self._shift = 0
         if self.withdraws:
             self.power = POWERED_UP._replace(state=PowerState.FAULT)
             self.values[Axis.ERROR_CODE, 0] = HOST_LOST
         self.refresh()
 
     def on_set_points(self) -> None:
-        """See `EmulatedNode.on_set_points`: outside operation they are ignored."""
+        """See `EmulatedNode.on_set_points`: ignored outside operation, and while it homes."""
         self._has_target = self.power.state == PowerState.OPERATION_ENABLED
-        if self._has_target:
+        if self._has_target and self._mode != Mode.HOMING:
             counts = self.values[Axis.TARGET_POSITION, 0] - self._shift
             low, high = (self.values[Axis.POSITION_LIMIT, k] for k in (1, 2))
             goal = device.position_of(self.axis, min(max(counts, low), high))
@@ -158,7 +156,7 @@ class EmulatedDrive(EmulatedNode):
 
     def check_write(self, key: Key, value: int) -> None:
         """See `EmulatedNode.check_write`."""
-        if key == (Axis.HOMING_METHOD, 0) and value not in _HOMES_HERE:
+        if key == (Axis.HOMING_METHOD, 0) and value not in device.HOMES_HERE:
             raise SdoAbortedError(pdo.WRONG_VALUE)
         if key == (Axis.MODE, 0) and value not in _MODES:
             raise SdoAbortedError(pdo.WRONG_VALUE)
@@ -218,6 +216,7 @@ class EmulatedDrive(EmulatedNode):
             self._set_point = interpolation.hold(self._seen.position)
             self._servo_state, self._has_target = _AT_REST, False
             self._velocities.clear()
+        self._starts_homing = self._starts_homing and after == PowerState.OPERATION_ENABLED
         if self.values[Axis.MODE, 0] in _MODES:
             self.values[Axis.MODE_SHOWN, 0] = self.values[Axis.MODE, 0]
 
@@ -280,9 +279,11 @@ class EmulatedDrive(EmulatedNode):
 
     def _home(self) -> None:
         """Homing where the axis stands: from now on its position is the home offset."""
-        if self.values[Axis.CONTROL_WORD, 0] & _START_HOMING and not self._is_homed:
+        starts = bool(self.values[Axis.CONTROL_WORD, 0] & power_state.START_HOMING)
+        if starts and not self._starts_homing:
             here = device.wrap(self.values[Axis.HOME_OFFSET, 0] - self._counts())
             self._shift, self._is_homed = here, True
+        self._starts_homing = starts
 
     def _counts(self) -> int:
         """Counts of the encoder before homing."""
@@ -373,7 +374,7 @@ class EmulatedDrive(EmulatedNode):
             flags |= power_state.INTERNAL_LIMIT
         if self.power.state == PowerState.OPERATION_ENABLED:
             if self._mode == Mode.HOMING:
-                flags |= _HOMED if self._is_homed else 0
+                flags |= power_state.HOMED if self._is_homed else 0
             elif self._mode != Mode.NONE:
                 flags |= power_state.FOLLOWS_TARGET
         return flags
