@@ -84,9 +84,7 @@ def run(options: DeviceOptions) -> int:
 def _ask_person(announced: str) -> None:
     """Ask whoever watches the machine. Raises InputError for anything but their consent."""
     if not sys.stdin.isatty():
-        raise InputError(
-            "home and --move ask a person at the machine, and there is no terminal: call them in one"
-        )
+        raise InputError("home and --move ask a person at the machine: call them in a terminal")
     sys.stderr.write(announced + SAFE)
     sys.stderr.flush()
     if sys.stdin.readline().strip().lower() != CONSENT:
