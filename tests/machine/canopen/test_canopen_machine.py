@@ -11,6 +11,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.machine import port as backends
 from opensuction.machine.canopen import canopen_machine, device_file
+from opensuction.machine.canopen.device import AxisMode
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
     HEARTBEAT_ID,
@@ -144,6 +145,11 @@ def test_every_difference_of_every_node_is_told_at_once(bench: Bench) -> None:
     assert "node 1 (insertion drive): its vendor is 0x99, not 0x147; its product is 0x0" in message
     assert "no cyclic synchronous position mode" in message
     assert "node 3 (input module): its profile is CiA 402, not CiA 401" in message
+
+
+def test_a_drive_without_the_mode_that_it_shall_be_driven_in_is_named(bench: Bench) -> None:
+    bench.drive(DEVICE._replace(insertion=DEVICE.insertion._replace(mode=AxisMode.TORQUE)))
+    assert "it has no cyclic synchronous torque mode (0x6502)" in refusal(bench)
 
 
 def test_objects_that_a_node_does_not_have_are_named(bench: Bench) -> None:

@@ -113,7 +113,6 @@ def test_every_key_refuses_what_is_not_its_kind(tmp_path: Path) -> None:
         ([("valve.encoder.travel_per_turn", 900.0)], "coarser than 0.005 rad"),
         ([("insertion.lowest", 500.0)], "insertion.lowest is 500, not below"),
         ([("insertion.lowest", 1.0)], "leave out 0"),
-        ([("insertion.mode", "torque")], "give 'position'"),
         ([("insertion.most_torque", 0.0)], "exactly the limit of 0"),
         ([("insertion.homing.method", 38)], "above the limit of 37"),
         ([("insertion.homing.method", -129)], "below the limit of -128"),

@@ -11,9 +11,11 @@ from opensuction.kernel.interface import Commands, DriveMessage
 from opensuction.kernel.record import make_zero
 from opensuction.machine.canopen import device as units
 from opensuction.machine.canopen import power_state, process_image, set_point
+from opensuction.machine.canopen.device import AxisMode, AxisMotor
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
     AXIS_TARGET,
+    AXIS_TORQUE,
     MODULE_ANNUNCIATOR,
     MODULE_OUTPUTS,
     rpdo_id,
@@ -95,6 +97,51 @@ def test_a_steady_motion_is_led_by_a_period_and_no_jump_is_doubled() -> None:
         _, axes = send(image, axes, message(head_mm=asked_mm))
         led_mm.append(round(axes[0].target - asked_mm, 6))
     assert led_mm == [0.0, 0.0, 0.1, 0.1, 0.0, 0.0, 0.0, -0.1, -0.1, 0.0]
+
+
+def test_a_drive_in_torque_mode_is_sent_the_torque_of_our_servos_volts() -> None:
+    axis = DEVICE.insertion._replace(mode=AxisMode.TORQUE, motor=AxisMotor(20.0, 0.5, 0.0))
+    device = DEVICE._replace(insertion=axis)
+    image = image_of(*sound_cycle(10.0, ENABLED))
+    axes: Axes = (AxisControl(IN_OPERATION, 10.0), AT_START)
+    frames, _ = set_point.set_points(device, image, axes, message(insertion_v=10.0), 0.0)
+    sent = {one.can_id: one.data for one in frames}
+    assert AXIS_TORQUE.unpack(sent[rpdo_id(INSERTION, 2)]) == (500,)
+    assert rpdo_id(DEVICE.nodes[1], 2) not in sent  # the valve's has its own servo
+    assert rpdo_id(INSERTION, 2) not in send(image, axes, message(insertion_v=10.0))[0]
+
+
+@given(st.floats(-100.0, 100.0), st.floats(-200.0, 200.0), st.floats(-170.0, 460.0), st.booleans())
+def test_a_torque_is_within_its_limit_brakes_and_never_leads_out_of_the_range(
+    volts: float, per_s: float, at_mm: float, is_reversed: bool
+) -> None:
+    encoder = DEVICE.insertion.encoder._replace(reversed=is_reversed)
+    axis = DEVICE.insertion._replace(encoder=encoder, motor=AxisMotor(20.0, 0.5, 0.0))
+    sign = -1.0 if is_reversed else 1.0
+    share = sign * set_point.torque(axis, at_mm, per_s, volts) / 1000.0
+    assert abs(share) <= axis.most_torque
+    wanted = (volts - 0.5 * per_s) / 20.0
+    if (at_mm >= axis.highest and wanted > 0.0) or (at_mm <= axis.lowest and wanted < 0.0):
+        assert share == 0.0
+    elif abs(wanted) < axis.most_torque:
+        assert abs(share - wanted) <= 0.0006
+
+
+def test_the_torque_goes_by_the_speed_of_now_not_by_the_late_one_that_was_read() -> None:
+    motor = AxisMotor(20.0, 0.5, speed_lag_s=0.01)
+    axis = DEVICE.insertion._replace(mode=AxisMode.TORQUE, motor=motor)
+    device = DEVICE._replace(insertion=axis)
+    axes: Axes = (AxisControl(IN_OPERATION, 10.0), AT_START)
+    for step in range(40):  # 200 mm/s2
+        per_s = 200.0 * (0.004 * step)
+        image = image_of(*sound_cycle(10.0, ENABLED))
+        insertion = image.axes[0]._replace(velocity=round(per_s * axis.counts_per_unit))
+        image = image._replace(axes=(insertion, image.axes[1]))
+        frames, axes = set_point.set_points(device, image, axes, message(insertion_v=10.0), 0.0)
+    sent = {one.can_id: one.data for one in frames}
+    (ratio,) = AXIS_TORQUE.unpack(sent[rpdo_id(INSERTION, 2)])
+    now = per_s + 200.0 * (0.01 + set_point.LATE_PERIODS * DEVICE.bus.period_s)
+    assert abs(ratio - 1000.0 * (10.0 - 0.5 * now) / 20.0) < 1.0
 
 
 def test_an_axis_beyond_its_range_is_not_put_into_operation() -> None:

@@ -17,8 +17,9 @@ import numpy as np
 from opensuction.kernel.record import Array
 from opensuction.machine.canopen import device_file
 from opensuction.machine.canopen.canopen_machine import CanopenMachine
-from opensuction.machine.canopen.device import Device
+from opensuction.machine.canopen.device import AxisMode, Device
 from opensuction.machine.canopen.frame_bus import CanFrame
+from opensuction.machine.drives import drives_process
 from opensuction.machine.drives.emulated_machine import EmulatedMachine, Servos, without_patience
 from opensuction.machine.twin import twin_machine
 from opensuction.simulation import machine_side
@@ -157,14 +158,28 @@ class BusMachine:
         self.port.close()
 
 
+def by_torque(loop: Loop) -> Device:
+    """The emulated drives' device file, the insertion drive's torque set by our own servo."""
+    motor, _ = drives_process.motors_of(loop)
+    return EMULATED._replace(
+        insertion=EMULATED.insertion._replace(mode=AxisMode.TORQUE, motor=motor)
+    )
+
+
 class BusRoom(LoopRoom[BusMachine]):
     """The loop before emulated drives."""
 
     def __init__(
-        self, folder: Path, loop: Loop, state: LoopState, period: int, seed: int = 1
+        self,
+        folder: Path,
+        loop: Loop,
+        state: LoopState,
+        period: int,
+        seed: int = 1,
+        device: Device = EMULATED,
     ) -> None:
         """period: of SYNC and of the loop, in ms. seed: chance of the bus."""
-        device = EMULATED._replace(bus=EMULATED.bus._replace(period_s=period * DT_S))
+        device = device._replace(bus=device.bus._replace(period_s=period * DT_S))
         machine = BusMachine(loop, state, device, seed)
         super().__init__(folder, machine, loop, state, period, machine.host)
         self.first_tick = len(machine.shown) - 1

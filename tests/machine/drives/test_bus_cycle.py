@@ -12,10 +12,13 @@ from opensuction.oracle import exposure, harm
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from tests.machine.drives.bus_room import BusRoom, Noise
+from tests.machine.drives.bus_room import BusRoom, Noise, by_torque
 from tests.runtime.stepped_room import SteppedRoom
 
 AFTER_S = 0.5
+BY_TORQUE = 1.35
+"""The same where our own servo sets the drive's torque, of any machine; 1.31 is the worst of
+twelve cycles on the bench, of seed 3, whose motor is at its limit as it takes off."""
 MORE = 1.1
 """Tip error over that of the twin in the same process: asked."""
 TABLE_I = CycleChoice()
@@ -94,6 +97,40 @@ def test_the_papers_cycles_go_over_the_bus_at_either_rate(
 ) -> None:
     bus, twin = check(tmp_path, choice, period)
     assert bus.tracking_mm < MORE * twin.tracking_mm
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(
+    ("choice", "period"),
+    [
+        (TABLE_I, 4),
+        (CycleChoice(RigChoice(patient="adult-icu", seed=3), approach="contact"), 2),
+        pytest.param(TABLE_I, 2, marks=pytest.mark.soak),
+        pytest.param(TABLE_II, 4, marks=pytest.mark.soak),
+        pytest.param(TABLE_II, 2, marks=pytest.mark.soak),
+        *(
+            pytest.param(
+                CycleChoice(RigChoice(patient=patient, seed=seed), approach=approach),
+                period,
+                marks=pytest.mark.soak,
+            )
+            for patient, approach in (("neonate", "travel"), ("adult-icu", "contact"))
+            for seed in (3, 4)
+            for period in (2, 4)
+        ),
+    ],
+)
+def test_our_own_servo_drives_the_head_over_the_bus(
+    tmp_path: Path, choice: CycleChoice, period: int
+) -> None:
+    made = prepared(choice)
+    room = BusRoom(tmp_path, made.loop, made.start, period, device=by_torque(made.loop))
+    bus = play(room, choice)
+    twin = play(SteppedRoom(tmp_path, made.loop, made.start, period), choice)
+    assert bus.phases == twin.phases
+    assert bus.phases[-1] == Phase.PARKED
+    assert not any((bus.tripped, bus.signalled, bus.alone, bus.harmed))
+    assert bus.tracking_mm < BY_TORQUE * twin.tracking_mm
 
 
 @pytest.mark.sweep

@@ -15,13 +15,14 @@ import pytest
 
 from opensuction.kernel.interface import START
 from opensuction.kernel.vocabulary import Phase
+from opensuction.machine.canopen.device import AxisMode
 from opensuction.machine.drives.node_fault import NodeFault, Request
 from opensuction.oracle import exposure, harm
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.simulation import outcome
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
-from tests.machine.drives.bus_room import EMULATED, BusRoom, branch
+from tests.machine.drives.bus_room import EMULATED, BusRoom, branch, by_torque
 from tests.machine.drives.test_bus_cycle import prepared
 
 pytestmark = pytest.mark.sweep
@@ -29,6 +30,7 @@ pytestmark = pytest.mark.sweep
 NEWBORN = CycleChoice(RigChoice(patient="neonate", seed=3))
 RESTS_S = 0.3
 MOST_S = 60.0
+POSITION = AxisMode.POSITION
 OUT_S = 12.0
 """From any instant on the drives bring the catheter out, or the controller does."""
 FAULTS = (NodeFault.NODE_LOST, NodeFault.BUS_OFF, NodeFault.EMERGENCY)
@@ -78,10 +80,11 @@ def break_down(room: BusRoom, request: Request) -> End:
     return judge(room, since)
 
 
-def play(folder: Path, period: int) -> Iterator[tuple[int, BusRoom]]:
+def play(folder: Path, period: int, mode: AxisMode = POSITION) -> Iterator[tuple[int, BusRoom]]:
     """A cycle, step by step: number of the next one."""
     made = prepared(NEWBORN)
-    room = BusRoom(folder, made.loop, made.start, period)
+    device = EMULATED if mode == POSITION else by_torque(made.loop)
+    room = BusRoom(folder, made.loop, made.start, period, device=device)
     room.run(RESTS_S)
     began = len(room.rows)
     room.step(START)
@@ -93,10 +96,10 @@ def play(folder: Path, period: int) -> Iterator[tuple[int, BusRoom]]:
 
 
 @cache
-def phases(period: int) -> dict[Phase, tuple[int, int]]:
+def phases(period: int, mode: AxisMode = POSITION) -> dict[Phase, tuple[int, int]]:
     """First step of each phase, and of the next one."""
     with TemporaryDirectory() as folder:
-        found = [(number, room.phase()) for number, room in play(Path(folder), period)]
+        found = [(number, room.phase()) for number, room in play(Path(folder), period, mode)]
     return {
         phase: (
             min(n for n, one in found if one == phase),
@@ -114,23 +117,33 @@ class Happening(NamedTuple):
 
 
 def at_each(
-    folder: Path, period: int, happenings: Sequence[Happening]
+    folder: Path, period: int, happenings: Sequence[Happening], mode: AxisMode = POSITION
 ) -> dict[tuple[int, Phase], list[End]]:
     """Ends of what happens, by step and phase, in the order in which it is given; one cycle."""
     return {
         (number, room.phase()): [
             branch(partial(one.what, room)) for one in happenings if one.step == number
         ]
-        for number, room in play(folder, period)
+        for number, room in play(folder, period, mode)
         if any(one.step == number for one in happenings)
     }
 
 
-@pytest.mark.parametrize("period", [4, pytest.param(2, marks=pytest.mark.soak)])
-def test_the_drives_act_in_time_whenever_the_controller_dies(tmp_path: Path, period: int) -> None:
-    edges = [step for span in phases(period).values() for step in span]
+@pytest.mark.parametrize(
+    ("period", "mode"),
+    [
+        (4, POSITION),
+        pytest.param(2, POSITION, marks=pytest.mark.soak),
+        pytest.param(4, AxisMode.TORQUE, marks=pytest.mark.soak),
+        pytest.param(2, AxisMode.TORQUE, marks=pytest.mark.soak),
+    ],
+)
+def test_the_drives_act_in_time_whenever_the_controller_dies(
+    tmp_path: Path, period: int, mode: AxisMode
+) -> None:
+    edges = [step for span in phases(period, mode).values() for step in span]
     instants = {edge + off for edge in edges for off in (-1, 0, 1)}
-    ends = at_each(tmp_path, period, [Happening(step, kill) for step in sorted(instants)])
+    ends = at_each(tmp_path, period, [Happening(step, kill) for step in sorted(instants)], mode)
     assert len(ends) > 20
     most_ms = EMULATED.heartbeats.lost_host_ms + period
     for at, (end,) in ends.items():

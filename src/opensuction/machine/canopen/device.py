@@ -64,6 +64,17 @@ class Encoder(NamedTuple):
     """The drive counts down as the head moves in, or the valve opens."""
 
 
+class AxisMotor(NamedTuple):
+    """Motor of an axis, for a drive whose torque is set; volts as our servo gives them."""
+
+    rated_v: Annotated[float, Gt(0), Le(1000)]
+    """Volts that drive the rated current at standstill."""
+    back_emf_v_s: Annotated[float, Gt(0), Le(1000)]
+    """Volts for each mm/s or rad/s of speed."""
+    speed_lag_s: Annotated[float, Ge(0), Le(0.02)]
+    """How late the drive's velocity (0x606C) is, which it averages."""
+
+
 HOMES_HERE: Final = (35, 37)
 """Homing methods that move nothing: where the axis stands is its home."""
 
@@ -106,6 +117,7 @@ class DriveAxis(NamedTuple):
     """Current at 1000 thousandths of the rated torque (0x6077)."""
     most_torque: Annotated[float, Gt(0), Le(5)]
     """Highest share of the rated torque."""
+    motor: AxisMotor
     lost_host: AbortConnection
     """Reaction to a host that is lost."""
     following_window: Annotated[float, Ge(0), Le(10_000)]

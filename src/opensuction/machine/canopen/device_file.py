@@ -16,7 +16,6 @@ from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen.device import (
     WRAP,
     Analogue,
-    AxisMode,
     ContactInput,
     Device,
     DriveAxis,
@@ -149,8 +148,6 @@ def _heartbeat_problems(beats: Heartbeats, period_ms: float) -> Iterator[str]:
 
 def _axis_problems(name: str, axis: DriveAxis) -> Iterator[str]:
     """An axis that would not move as it is told, or not stop."""
-    if axis.mode != AxisMode.POSITION:
-        yield f"{name}.mode is '{axis.mode}', which no drive is driven in yet; give 'position'"
     if axis.lost_host == AbortConnection.NOTHING:
         yield (
             f"{name}.lost_host is 'nothing': the motor would run on after the host has died; give "

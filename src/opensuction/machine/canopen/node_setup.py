@@ -14,12 +14,13 @@ from collections.abc import Generator, Iterator
 from typing import Final, NamedTuple
 
 from opensuction.machine.canopen import device as units
-from opensuction.machine.canopen.device import Device, DriveAxis, Identity
+from opensuction.machine.canopen.device import AxisMode, Device, DriveAxis, Identity
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
     AXIS_MOTION,
     AXIS_STATUS,
     AXIS_TARGET,
+    AXIS_TORQUE,
     MODULE_ANALOGUE,
     MODULE_ANNUNCIATOR,
     MODULE_DIGITAL,
@@ -69,6 +70,9 @@ _REASONS: Final = {
 }
 
 
+MODES: Final = {AxisMode.POSITION: Mode.CYCLIC_POSITION, AxisMode.TORQUE: Mode.CYCLIC_TORQUE}
+
+
 class Entry(NamedTuple):
     """A value of the object dictionary."""
 
@@ -110,8 +114,8 @@ def start_homing(device: Device, place: int) -> Setup:
 
 def end_homing(device: Device, place: int) -> Setup:
     """Set up a drive without torque for set points again."""
-    mode = Entry(Axis.MODE, 0, 8, Mode.CYCLIC_POSITION)
-    return (yield from _write_all(device.nodes[place], [mode]))
+    axis = (device.insertion, device.valve)[place]
+    return (yield from _write_all(axis.node, [Entry(Axis.MODE, 0, 8, MODES[axis.mode])]))
 
 
 def _write_all(node: int, written: list[Entry]) -> Setup:
@@ -150,8 +154,9 @@ def _check_identity(device: Device, place: int) -> Generator[CanFrame, Answer, l
                 wrong.append(refused or f"its {name} is {found:#x}, not {wanted:#x}")
     if place != MODULE:
         modes, refused = yield from _read(node, Axis.SUPPORTED_MODES, 0)
-        if not refused and not modes >> (Mode.CYCLIC_POSITION - 1) & 1:
-            wrong.append("it has no cyclic synchronous position mode (0x6502)")
+        mode = (device.insertion, device.valve)[place].mode
+        if not refused and not modes >> (MODES[mode] - 1) & 1:
+            wrong.append(f"it has no cyclic synchronous {mode} mode (0x6502)")
     return wrong
 
 
@@ -192,7 +197,9 @@ def _axis_entries(device: Device, axis: DriveAxis) -> Iterator[Entry]:
     yield Entry(Axis.ABORT_CONNECTION, 0, 16, AbortConnection(axis.lost_host))
     yield Entry(Axis.QUICK_STOP, 0, 16, _SLOW_DOWN)
     yield Entry(Axis.FAULT_REACTION, 0, 16, _SLOW_DOWN)
-    yield Entry(Axis.MODE, 0, 8, Mode.CYCLIC_POSITION)
+    if axis.mode == AxisMode.TORQUE:
+        yield from _pdo(Communication.RPDO, 2, rpdo_id(axis.node, 2), AXIS_TORQUE)
+    yield Entry(Axis.MODE, 0, 8, MODES[axis.mode])
     yield Entry(Axis.INTERPOLATION_PERIOD, 1, 8, round(device.bus.period_s * 1e3))
     yield Entry(Axis.INTERPOLATION_PERIOD, 2, 8, _MS)
     yield Entry(Axis.MAX_TORQUE, 0, 16, round(axis.most_torque * 1000))

@@ -21,12 +21,15 @@ from opensuction.kernel import private_file
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import device_file
+from opensuction.machine.canopen.device import AxisMotor
 from opensuction.machine.canopen.frame_bus import open_bus
 from opensuction.machine.drives import node_fault
+from opensuction.machine.drives.emulated_drive import DT_S, SPEED_TICKS
 from opensuction.machine.drives.emulated_machine import (
     EmulatedMachine,
     Servos,
     check_stop,
+    motors,
     without_patience,
 )
 from opensuction.machine.twin import twin_machine
@@ -70,6 +73,15 @@ def prepare(
 def check(file: Path) -> None:
     """Raises InputError for no device file, and where drives by it would hold the head inside."""
     check_stop(device_file.load(file), file)
+
+
+def motors_of(loop: Loop) -> tuple[AxisMotor, AxisMotor]:
+    """Motors of a loop's twin behind the emulated drives, as a device file has them."""
+    found = motors(loop.machine, device_file.load(device_file.EMULATED))
+    insertion, valve = (
+        AxisMotor(one.rated_v, 1.0 / one.speed_per_v, SPEED_TICKS * DT_S) for one in found
+    )
+    return insertion, valve
 
 
 def _servos(folder: Path) -> Servos:

@@ -338,14 +338,18 @@ class EmulatedDrive(EmulatedNode):
         return self._speed / self._motor.speed_per_v
 
     def _torque_v(self) -> float:
-        """Volts for the target torque; none while braking, before a target, or into a stop."""
+        """Volts for the target torque; none while braking, before a target, or into a stop.
+
+        An axis that moves away from a stop is braked.
+        """
         braking = self.power.state != PowerState.OPERATION_ENABLED
         if braking or not self._has_target:
             return 0.0
         sign = 1.0 if self._scale > 0.0 else -1.0
         wanted_v = sign * self.values[Axis.TARGET_TORQUE, 0] / 1000.0 * self._motor.rated_v
         lower, upper = self._stopped
-        if (lower and wanted_v < 0.0) or (upper and wanted_v > 0.0):
+        into = (lower and wanted_v < 0.0) or (upper and wanted_v > 0.0)
+        if into and self._speed * wanted_v >= 0.0:
             return 0.0
         return wanted_v
 

@@ -17,7 +17,7 @@ from opensuction.ipc.liveness import holder
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import device_file
-from opensuction.machine.canopen.device import Device
+from opensuction.machine.canopen.device import AxisMotor, Device
 from opensuction.machine.canopen.frame_bus import UNIX
 from opensuction.machine.canopen.process_image import NAMES
 from opensuction.machine.drives import drives_process
@@ -70,7 +70,10 @@ def prepare(folder: Path, prepared: Prepared, device: Path | None) -> Drives:
     seed = prepared.resolved.equipment.seed
     chosen = device or device_file.EMULATED
     drives_process.prepare(folder, prepared.loop, prepared.start, seed, chosen)
-    private_file.write(folder / device_file.NAME, addressed(folder / device_file.NAME))
+    text = addressed(folder / device_file.NAME)
+    if device is None:
+        text = with_motors(text, drives_process.motors_of(prepared.loop))
+    private_file.write(folder / device_file.NAME, text)
     return Drives(folder, device_file.find(folder))
 
 
@@ -85,6 +88,14 @@ def addressed(path: Path) -> str:
         return text
     content = tomllib.loads(text)
     content["bus"]["channel"] = str(path.parent.absolute() / bus.channel)
+    return tomli_w.dumps(content)
+
+
+def with_motors(text: str, motors: tuple[AxisMotor, AxisMotor]) -> str:
+    """Text of a device file with the motors of the machine that is played."""
+    content = tomllib.loads(text)
+    for name, motor in zip(("insertion", "valve"), motors, strict=True):
+        content[name]["motor"] = motor._asdict()
     return tomli_w.dumps(content)
 
 
