@@ -44,6 +44,8 @@ STAYS = {
     Fault.ENCODER_REVERSED: "the same, until the drive is beyond its following error",
     Fault.ENCODER_INVALID: "a drive without an encoder has no torque",
     Fault.ENCODER_INTERMITTENT: "a drive without an encoder has no torque",
+    Fault.CURRENT_NOISY: "a drive that measures ten times its rated current has no torque",
+    Fault.CARRIAGE_DRIFTING: "the vote goes by our servo's volts, which the drive does not have",
 }
 """Faults of which it is known that the catheter stays inside though the controller of a drive
 without a servo of its own brings it out. A person is told."""

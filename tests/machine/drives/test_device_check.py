@@ -7,7 +7,7 @@ import pytest
 from opensuction.host.host import Steps, finish
 from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import device_check
-from opensuction.machine.canopen.device import Device
+from opensuction.machine.canopen.device import AxisMode, Device
 from opensuction.machine.canopen.device_check import DeviceCheck
 from opensuction.result.device_check_result import MoveFound
 from tests.machine.canopen.stepped_bus import stepped_host
@@ -85,6 +85,13 @@ def test_a_machine_as_its_device_file_says_has_no_problem() -> None:
     assert vacuum.reached_mmhg == pytest.approx(50.0, abs=10.0)
     assert vacuum.left_mmhg <= 10.0
     assert not checked.bench.drives.insertion.has_torque
+
+
+def test_axes_in_torque_mode_are_moved_by_the_drives_own_servos() -> None:
+    insertion = DEVICE.insertion._replace(mode=AxisMode.TORQUE)
+    checked = Checked(DEVICE._replace(insertion=insertion))
+    assert checked.move_head().problem == ""
+    assert checked.bench.take(DEVICE.insertion.node, 0x6061) == 8
 
 
 @pytest.mark.parametrize(("ratio", "factor"), [(2.0, "2"), (0.5, "0.5")])

@@ -187,6 +187,18 @@ def test_a_head_that_goes_further_than_its_range_is_stopped(
     assert checked.bench.shown("readings.head_mm") > -8.0
 
 
+def test_a_head_whose_second_sensor_tells_nothing_is_not_moved_to_its_home(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(EmulatedDrive, "_home", moves_home)
+    monkeypatch.setattr(EmulatedDrive, "check_write", take_any)
+    made = device(method=17, at=SWITCH_MM)
+    lacking = made.module.carriage._replace(channel=0)
+    checked = Checked(made._replace(module=made.module._replace(carriage=lacking)))
+    assert "nobody knows how far it moves" in head(checked.do(home(checked))).problem
+    assert abs(checked.bench.shown("readings.head_mm")) < 0.1
+
+
 def test_of_a_device_without_a_method_nothing_is_homed() -> None:
     with pytest.raises(InputError, match="its drives know where they are"):
         homing.require(DEVICE)

@@ -27,6 +27,7 @@ BELIEVED_S: Final = 0.2
 """[design] What a drive says of its homing before is over by then."""
 NEAR: Final = {INSERTION: 1.0, VALVE: 0.05}
 """[design] Distance from its home at which an axis may stand afterwards, mm and rad."""
+UNSEEN: Final = "the head's second sensor tells nothing: nobody knows how far it moves"
 AGREES_MM: Final = 2.0
 """[design] Difference of the head's two sensors that is mounting and backlash."""
 
@@ -118,6 +119,9 @@ def _wait(machine: SupervisedMachine, place: int) -> Steps[str]:
     ends_s = ENDS_S + (span / axis.homing.slow_per_s if axis.homing.moves else 0.0)
     problem = f"its home was not found within {ends_s:.0f} s"
     first_mm = machine.readings.carriage_mm
+    is_watched = place == INSERTION and axis.homing.moves
+    if is_watched and not machine.readings.carriage_valid:
+        return UNSEEN
 
     def is_over() -> bool:
         nonlocal started_ns, problem
@@ -129,7 +133,10 @@ def _wait(machine: SupervisedMachine, place: int) -> Steps[str]:
             return False
         started_ns = started_ns or clock.monotonic_ns()
         moved_mm = abs(machine.readings.carriage_mm - first_mm)
-        if place == INSERTION and machine.readings.carriage_valid and moved_mm > span:
+        if is_watched and not machine.readings.carriage_valid:
+            problem = UNSEEN
+            return True
+        if is_watched and moved_mm > span:
             problem = f"the head was stopped after {moved_mm:.0f} mm, which is more than its range"
             return True
         if clock.monotonic_ns() - started_ns < BELIEVED_S * NS_PER_S:

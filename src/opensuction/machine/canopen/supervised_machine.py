@@ -17,7 +17,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import Commands, DriveMessage, Readings
 from opensuction.kernel.record import make_zero
 from opensuction.machine.canopen.canopen_machine import SET_UP_S, CanopenMachine
-from opensuction.machine.canopen.device import Device
+from opensuction.machine.canopen.device import AxisMode, Device
 from opensuction.machine.canopen.frame_bus import FrameBus
 
 TORQUE_SHARE: Final = 0.5
@@ -29,10 +29,15 @@ class SupervisedMachine:
     """A machine that moves while somebody watches."""
 
     def __init__(self, device: Device, bus: FrameBus, host: Host) -> None:
-        """Moves are at `TORQUE_SHARE` of the torque that the device file allows."""
-        axis = device.insertion
-        gentle = axis._replace(most_torque=TORQUE_SHARE * axis.most_torque)
-        self.device, self.host = device._replace(insertion=gentle), host
+        """Moves are at `TORQUE_SHARE` of the torque that the device file allows.
+
+        They go by the drives' own servos, whatever mode the axes have: a machine that nobody has
+        identified has no servo of ours.
+        """
+        axis, position = device.insertion, AxisMode.POSITION
+        gentle = axis._replace(most_torque=TORQUE_SHARE * axis.most_torque, mode=position)
+        valve = device.valve._replace(mode=position)
+        self.device, self.host = device._replace(insertion=gentle, valve=valve), host
         self.port = CanopenMachine(self.device, bus, host)
         self._row = np.zeros(len(row.columns(Readings)))
 
