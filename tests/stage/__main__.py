@@ -28,6 +28,8 @@ STAGES = {
     "2 of 2, in real time, one after the other": (REAL_TIME, ("-p", "no:xdist")),
 }
 """Title of each: its tests, and how they are run."""
+TOLD = ("-r", "fExX")
+"""Of each test what came of it, but for the skipped ones: their reasons are told at the end."""
 NO_BENCHMARKS = ("-p", "no:benchmark")
 BENCHMARKS = ("--benchmark-disable", "benchmarks", "src", "tests")
 """The benchmarks first: what they compile is there for the tests."""
@@ -40,6 +42,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--benchmarks", action="store_true")
     asked, others = parser.parse_known_args(arguments)
     counts: Counter[str] = Counter()
+    skipped: Counter[str] = Counter()
     failed: list[str] = []
     statuses: list[int] = []
     begun_s = time.monotonic()
@@ -48,7 +51,7 @@ def main(arguments: list[str]) -> int:
             _say(f"Stage {title}:")
             expression = f"({asked.expression}) and {own}" if asked.expression else own
             result = Path(folder) / "result.json"
-            command = [sys.executable, "-m", "pytest", "-m", expression, *options, *others]
+            command = [sys.executable, "-m", "pytest", "-m", expression, *options, *TOLD, *others]
             command += BENCHMARKS if asked.benchmarks and own != REAL_TIME else NO_BENCHMARKS
             command += _files(own, others)
             ran = subprocess.run(command, env=_environment(result), check=False)
@@ -59,7 +62,8 @@ def main(arguments: list[str]) -> int:
             result.unlink()
             counts.update(told["counts"])
             failed.extend(told["failed"])
-    _say(*failed, summary.line(counts, time.monotonic() - begun_s))
+            skipped.update(told["skipped"])
+    _say(*summary.skips(skipped), *failed, summary.line(counts, time.monotonic() - begun_s))
     return summary.status(statuses)
 
 

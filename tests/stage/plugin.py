@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+from collections import Counter
 from collections.abc import Generator
 from contextlib import suppress
 from pathlib import Path
@@ -35,14 +36,16 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> FileScheduli
 
 
 def write_result(reporter: pytest.TerminalReporter, file: Path) -> None:
-    """Write how many tests came to which end, and which failed, as JSON."""
+    """Write how many tests came to which end, which failed, and why some were skipped, as JSON."""
     counts = {kind: len(reporter.stats.get(kind, ())) for kind in COUNTED}
     failed = [
         summary.failure(kind, report)
         for kind in ("failed", "error")
         for report in reporter.stats.get(kind, ())
     ]
-    file.write_text(json.dumps({"counts": counts, "failed": failed}), encoding="utf-8")
+    skipped = Counter(map(summary.reason, reporter.stats.get("skipped", ())))
+    told = {"counts": counts, "failed": failed, "skipped": skipped}
+    file.write_text(json.dumps(told), encoding="utf-8")
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

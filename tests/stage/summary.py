@@ -31,6 +31,17 @@ def failure(kind: str, report: pytest.TestReport | pytest.CollectReport) -> str:
     return f"{told}: {message}" if message else told
 
 
+def reason(report: pytest.TestReport | pytest.CollectReport) -> str:
+    """Reason for which a test was skipped, such as ``chromium is not installed``."""
+    told = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
+    return " ".join(told.removeprefix("Skipped: ").split())
+
+
+def skips(reasons: Counter[str]) -> list[str]:
+    """A line for each reason: a machine without a browser skips a hundred tests for the same."""
+    return [f"SKIPPED {count}: {told}" for told, count in reasons.most_common()]
+
+
 def status(statuses: list[int]) -> int:
     """A stage without a test is none that failed, unless there was none in any."""
     empty = pytest.ExitCode.NO_TESTS_COLLECTED

@@ -29,6 +29,14 @@ def test_both_stages_end_in_one_line() -> None:
 FAILING = """
 import pytest
 
+@pytest.mark.parametrize("number", range(3))
+def test_in_a_browser(number):
+    pytest.skip("chromium is not installed")
+
+@pytest.mark.skipif(True, reason="for root alone")
+def test_as_root():
+    pass
+
 @pytest.fixture(scope="session")
 def browser():
     yield
@@ -42,7 +50,15 @@ def test_the_last_of_its_process():
 """
 
 
-def test_each_failure_is_told_with_its_reason_in_one_line(tmp_path: Path) -> None:
+def test_what_was_skipped_for_one_reason_is_one_line() -> None:
+    reasons = Counter({"for root alone": 1, "chromium is not installed": 128})
+    assert summary.skips(reasons) == [
+        "SKIPPED 128: chromium is not installed",
+        "SKIPPED 1: for root alone",
+    ]
+
+
+def test_each_end_is_told_with_its_reason_in_one_line(tmp_path: Path) -> None:
     file, result = tmp_path / "test_failing.py", tmp_path / "result.json"
     file.write_text(FAILING)
     plugin = ("-p", "tests.stage.plugin", "-p", "no:cacheprovider", f"--rootdir={tmp_path}")
@@ -52,7 +68,9 @@ def test_each_failure_is_told_with_its_reason_in_one_line(tmp_path: Path) -> Non
         del environment[variable]
     environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # schemathesis takes seconds
     subprocess.run(command, env=environment, capture_output=True, check=False)
-    assert json.loads(result.read_text())["failed"] == [
+    told = json.loads(result.read_text())
+    assert told["skipped"] == {"chromium is not installed": 3, "for root alone": 1}
+    assert told["failed"] == [
         "FAILED test_failing.py::test_a_wrong_sum: assert (1 + 1) == 3",
         "ERROR test_failing.py::test_the_last_of_its_process at teardown: "
         "OSError: the browser is gone for good",
