@@ -32,7 +32,7 @@ def axis_frames(
     device: Device = DEVICE,
 ) -> list[CanFrame]:
     """Readings of a drive; by its inputs the tip is on, and touches nothing."""
-    axis, node = (device.insertion, device.valve)[place], device.nodes[place]
+    axis, node = device.axes[place], device.nodes[place]
     counts = units.wrap(axis.zero_counts + round(position * axis.counts_per_unit))
     status = AXIS_STATUS.pack(power_state.write_status(state), counts, torque)
     return [

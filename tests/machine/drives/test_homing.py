@@ -32,13 +32,13 @@ def device(method: int = 37, at: float = 0.0, valve: int = 0) -> Device:
     )
 
 
-def home(checked: Checked) -> Steps[DeviceCheckResult]:
+def home(checked: Checked, *, moves: bool = False) -> Steps[DeviceCheckResult]:
     return device_check.check(
         checked.device,
         checked.bench.bus,
         checked.host,
         homes=True,
-        moves=False,
+        moves=moves,
         tell=lambda _: None,
     )
 
@@ -94,22 +94,16 @@ def test_a_head_that_does_not_stand_at_its_home_is_told_by_the_second_sensor() -
 
 def test_nothing_is_checked_by_moves_after_a_homing_that_failed() -> None:
     checked = Checked(device(at=30.0))
-    steps = device_check.check(
-        checked.device,
-        checked.bench.bus,
-        checked.host,
-        homes=True,
-        moves=True,
-        tell=lambda _: None,
-    )
-    assert checked.do(steps).moves == ()
+    assert checked.do(home(checked, moves=True)).moves == ()
     assert abs(checked.bench.shown("readings.head_mm")) < 0.1
 
 
 def test_a_method_that_a_drive_does_not_have_is_told_and_nothing_moves() -> None:
     checked = Checked(device(method=17))
     found = checked.do(home(checked))
-    assert "object 0x6098:00 does not take this value" in head(found).problem
+    assert head(found).problem == (
+        "node 1 (insertion drive): object 0x6098:00 does not take this value"
+    )
     assert abs(checked.bench.shown("readings.head_mm")) < 0.1
     assert checked.bench.take(INSERTION, Axis.MODE_SHOWN) == 8
 

@@ -102,17 +102,13 @@ def _summarise(console: "Console", device: "Device", found: "DeviceCheckResult")
     for line in _list_inputs(device, found.inputs):
         console.print(f"  {line}")
     for one in found.homed:
-        second = "no second sensor: look whether it is"
-        if one.by_second_sensor is not None:
-            second = f"{one.by_second_sensor:.2f} by the second sensor"
+        second = _tell_second(one.by_second_sensor, "it is")
         console.print(
             f"  {one.axis} homed by method {one.method}: at {one.by_drive:.2f} {one.unit}, took "
             f"itself to be at {one.before:.2f}; {second}"
         )
     for move in found.moves:
-        second = "no second sensor: look whether it did"
-        if move.by_second_sensor is not None:
-            second = f"{move.by_second_sensor:.2f} by the second sensor"
+        second = _tell_second(move.by_second_sensor, "it did")
         console.print(
             f"  {move.axis} moved by {move.by_drive:.2f} {move.unit} of {move.asked:g}, {second}"
         )
@@ -127,6 +123,12 @@ def _summarise(console: "Console", device: "Device", found: "DeviceCheckResult")
     if found.ok:
         rest = "" if found.moves else "; nothing was moved, so no scale is known to be right"
         console.print(f"✓ As its device file says{rest}")
+
+
+def _tell_second(position: float | None, look_for: str) -> str:
+    if position is None:
+        return f"no second sensor: look whether {look_for}"
+    return f"{position:.2f} by the second sensor"
 
 
 def _list_inputs(device: "Device", inputs: "InputsFound") -> list[str]:

@@ -168,7 +168,7 @@ class CanopenMachine:
     def _say_beyond(self, wanted: tuple[bool, bool]) -> None:
         """Say of an axis that it gets no torque though the controller wants it, and why."""
         beyond = set()
-        for place, axis in enumerate((self.device.insertion, self.device.valve)):
+        for place, axis in enumerate(self.device.axes):
             counts = self.image.axes[place].counts
             is_on = process_image.state_of(self.image, place) == PowerState.OPERATION_ENABLED
             may_be = place in self.homing or set_point.is_in_range(axis, counts)

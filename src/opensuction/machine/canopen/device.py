@@ -229,6 +229,11 @@ class Device(NamedTuple):
     module: InputModule
 
     @property
+    def axes(self) -> tuple[DriveAxis, DriveAxis]:
+        """Insertion and valve."""
+        return self.insertion, self.valve
+
+    @property
     def nodes(self) -> tuple[int, int, int]:
         """Numbers of insertion drive, valve drive and module."""
         return self.insertion.node, self.valve.node, self.module.node

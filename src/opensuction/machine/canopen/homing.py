@@ -12,7 +12,7 @@ from typing import Final
 from opensuction.host.host import NS_PER_S, Steps
 from opensuction.kernel.errors import InputError
 from opensuction.machine.canopen import node_setup, process_image
-from opensuction.machine.canopen.device import Device, DriveAxis, position_of
+from opensuction.machine.canopen.device import Device, position_of
 from opensuction.machine.canopen.power_state import HOMED, HOMING_ERROR, PowerState
 from opensuction.machine.canopen.process_image import INSERTION, VALVE
 from opensuction.machine.canopen.supervised_machine import SupervisedMachine
@@ -34,7 +34,7 @@ AGREES_MM: Final = 2.0
 
 def places_of(device: Device) -> tuple[int, ...]:
     """Drives that are homed, in the order in which they are."""
-    axes = ((INSERTION, device.insertion), (VALVE, device.valve))
+    axes = enumerate(device.axes)
     return tuple(place for place, axis in axes if axis.homing.method != 0)
 
 
@@ -51,7 +51,7 @@ def announce(device: Device) -> str:
     """Words for a person before drives are homed."""
     told = ""
     for place in places_of(device):
-        homing, name = _axis(device, place).homing, process_image.NAMES[place]
+        homing, name = device.axes[place].homing, process_image.NAMES[place]
         told += (
             f"The {name} will find its home by method {homing.method}, and may move over its whole "
             "range. "
@@ -80,7 +80,7 @@ def home_axes(
 
 def _home(machine: SupervisedMachine, place: int) -> Steps[HomedFound]:
     """Home a drive, and look where it takes itself to be."""
-    axis = _axis(machine.device, place)
+    axis = machine.device.axes[place]
     before = _position(machine, place)
     problem = yield from _ask(machine, place, node_setup.start_homing(machine.device, place))
     if not problem:
@@ -114,7 +114,7 @@ def _ask(machine: SupervisedMachine, place: int, steps: node_setup.Setup) -> Ste
 
 def _wait(machine: SupervisedMachine, place: int) -> Steps[str]:
     """Torque on, until the drive has found its home; the problem in words, "" for none."""
-    axis, clock, started_ns = _axis(machine.device, place), machine.host.clock, 0
+    axis, clock, started_ns = machine.device.axes[place], machine.host.clock, 0
     span = axis.highest - axis.lowest
     ends_s = ENDS_S + (span / axis.homing.slow_per_s if axis.homing.moves else 0.0)
     problem = f"its home was not found within {ends_s:.0f} s"
@@ -156,7 +156,7 @@ def _wait(machine: SupervisedMachine, place: int) -> Steps[str]:
 
 def _judge(machine: SupervisedMachine, place: int, second_mm: float | None) -> str:
     """Problem of a drive that says that it was homed, in words; "" for none."""
-    (name, unit), axis = NAMES_UNITS[place], _axis(machine.device, place)
+    (name, unit), axis = NAMES_UNITS[place], machine.device.axes[place]
     here = _position(machine, place)
     if abs(here - axis.homing.at) > NEAR[place]:
         return (
@@ -171,10 +171,6 @@ def _judge(machine: SupervisedMachine, place: int, second_mm: float | None) -> s
     return ""
 
 
-def _axis(device: Device, place: int) -> DriveAxis:
-    return (device.insertion, device.valve)[place]
-
-
 def _position(machine: SupervisedMachine, place: int) -> float:
     """Position by the drive, wherever it takes itself to be."""
-    return position_of(_axis(machine.device, place), machine.port.image.axes[place].counts)
+    return position_of(machine.device.axes[place], machine.port.image.axes[place].counts)

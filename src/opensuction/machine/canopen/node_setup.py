@@ -86,6 +86,14 @@ class Entry(NamedTuple):
     """A node that does not have the object does by itself what is asked for."""
 
 
+class Refusal(NamedTuple):
+    """Answer to a request that is not carried out."""
+
+    words: str
+    is_lacking: bool = False
+    """The node does not have the object."""
+
+
 Answer = bytes | None
 """Data of a frame; None where none came in time."""
 Setup = Generator[CanFrame, Answer, list[str]]
@@ -108,30 +116,31 @@ def set_up(device: Device, place: int) -> Setup:
 
 def start_homing(device: Device, place: int) -> Setup:
     """Set up a drive without torque for homing; it begins with a bit of its control word."""
-    axis = (device.insertion, device.valve)[place]
+    axis = device.axes[place]
     return (yield from _write_all(axis.node, list(_homing_entries(axis))))
 
 
 def end_homing(device: Device, place: int) -> Setup:
     """Set up a drive without torque for set points again."""
-    axis = (device.insertion, device.valve)[place]
+    axis = device.axes[place]
     return (yield from _write_all(axis.node, [Entry(Axis.MODE, 0, 8, MODES[axis.mode])]))
 
 
 def _write_all(node: int, written: list[Entry]) -> Setup:
     """Write values, then read them again; differences in words."""
-    wrong, lacking = [], set()
+    wrong, refusals = [], set()
     for one in written:
         refused = yield from _write(node, one)
-        if refused and one.may_lack and refused.endswith(_REASONS[_NO_OBJECT]):
-            lacking.add(one)
-        elif refused:
-            wrong.append(refused)
+        if refused is None:
+            continue
+        refusals.add(one)
+        if not (one.may_lack and refused.is_lacking):
+            wrong.append(refused.words)
     for one in written:
-        if one.is_read_again and one not in lacking:
+        if one.is_read_again and one not in refusals:
             value, refused = yield from _read(node, one.object_index, one.sub)
             wanted = one.value % (1 << one.bits)
-            if not refused and value % (1 << one.bits) != wanted:
+            if refused is None and value % (1 << one.bits) != wanted:
                 wrong.append(f"{_name(one.object_index, one.sub)} is {value:#x}, not {wanted:#x}")
     return wrong
 
@@ -139,23 +148,25 @@ def _write_all(node: int, written: list[Entry]) -> Setup:
 def _check_identity(device: Device, place: int) -> Generator[CanFrame, Answer, list[str]]:
     """Differences between a node and the one that the device file means."""
     node, wrong = device.nodes[place], []
-    one = device.module if place == MODULE else (device.insertion, device.valve)[place]
+    one = device.module if place == MODULE else device.axes[place]
     profile = MODULE_PROFILE if place == MODULE else DRIVE_PROFILE
     kind, refused = yield from _read(node, Communication.DEVICE_TYPE, 0)
-    if refused:
-        return [refused]
+    if refused is not None:
+        return [refused.words]
     if kind & 0xFFFF != profile:
         wrong.append(f"its profile is CiA {kind & 0xFFFF}, not CiA {profile}")
     for sub, name in enumerate(Identity._fields, 1):
         wanted = getattr(one.identity, name)
         if wanted:
             found, refused = yield from _read(node, Communication.IDENTITY, sub)
-            if refused or found != wanted:
-                wrong.append(refused or f"its {name} is {found:#x}, not {wanted:#x}")
+            if refused is not None:
+                wrong.append(refused.words)
+            elif found != wanted:
+                wrong.append(f"its {name} is {found:#x}, not {wanted:#x}")
     if place != MODULE:
         modes, refused = yield from _read(node, Axis.SUPPORTED_MODES, 0)
-        mode = (device.insertion, device.valve)[place].mode
-        if not refused and not modes >> (MODES[mode] - 1) & 1:
+        mode = device.axes[place].mode
+        if refused is None and not modes >> (MODES[mode] - 1) & 1:
             wrong.append(f"it has no cyclic synchronous {mode} mode (0x6502)")
     return wrong
 
@@ -167,7 +178,7 @@ def read_identity(
     values = []
     for sub in range(1, len(Identity._fields) + 1):
         value, refused = yield from _read(device.nodes[place], Communication.IDENTITY, sub)
-        if refused:
+        if refused is not None:
             return None
         values.append(value)
     return values[0], values[1], values[2]
@@ -183,7 +194,7 @@ def entries(device: Device, place: int) -> Iterator[Entry]:
     if place == MODULE:
         yield from _module_entries(device, node)
     else:
-        axis = (device.insertion, device.valve)[place]
+        axis = device.axes[place]
         yield from _axis_entries(device, axis)
     if place == INSERTION:
         for one in device.contact.stop:
@@ -250,8 +261,8 @@ def _pdo(kind: Communication, number: int, can_id: int, layout: Frame) -> Iterat
     yield Entry(index, 1, 32, can_id, is_read_again=False)
 
 
-def _write(node: int, one: Entry) -> Generator[CanFrame, Answer, str]:
-    """Write a value; the difference in words, "" for none."""
+def _write(node: int, one: Entry) -> Generator[CanFrame, Answer, Refusal | None]:
+    """Write a value."""
     length = one.bits // 8
     value = (one.value % (1 << one.bits)).to_bytes(length, "little")
     head = _HEAD.pack(_EXPEDITED[length], one.object_index, one.sub)
@@ -259,8 +270,10 @@ def _write(node: int, one: Entry) -> Generator[CanFrame, Answer, str]:
     return _refusal(answer, one.object_index, one.sub, answer is not None and answer[0] == _WRITTEN)
 
 
-def _read(node: int, index: int, sub: int) -> Generator[CanFrame, Answer, tuple[int, str]]:
-    """A value, and the difference in words where there is none."""
+def _read(
+    node: int, index: int, sub: int
+) -> Generator[CanFrame, Answer, tuple[int, Refusal | None]]:
+    """A value, or its refusal."""
     request = _HEAD.pack(_READ_REQUEST, index, sub) + bytes(4)
     answer = yield CanFrame(REQUEST_ID + node, request)
     length = _LENGTHS.get(answer[0], 0) if answer else 0
@@ -281,16 +294,17 @@ def is_answer(request: CanFrame, frame: CanFrame) -> bool:
     return frame.data[1:4] == request.data[1:4] and not others
 
 
-def _refusal(answer: Answer, index: int, sub: int, is_done: bool) -> str:
+def _refusal(answer: Answer, index: int, sub: int, is_done: bool) -> Refusal | None:
     if is_done:
-        return ""
+        return None
     name = _name(index, sub)
     if answer is None:
-        return f"it does not answer to {name}"
+        return Refusal(f"it does not answer to {name}")
     if answer[0] == _ABORTED:
         code = int.from_bytes(answer[4:8], "little")
-        return f"{name} {_REASONS.get(code, f'is refused with code {code:#010x}')}"
-    return f"it answers nonsense to {name}: {answer.hex(' ')}"
+        reason = _REASONS.get(code, f"is refused with code {code:#010x}")
+        return Refusal(f"{name} {reason}", is_lacking=code == _NO_OBJECT)
+    return Refusal(f"it answers nonsense to {name}: {answer.hex(' ')}")
 
 
 def _name(index: int, sub: int) -> str:

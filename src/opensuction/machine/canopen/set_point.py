@@ -33,12 +33,7 @@ from opensuction.machine.canopen.power_state import (
     PowerControl,
     PowerState,
 )
-from opensuction.machine.canopen.process_image import (
-    INSERTION,
-    MODULE,
-    VALVE,
-    ProcessImage,
-)
+from opensuction.machine.canopen.process_image import INSERTION, MODULE, VALVE, ProcessImage
 
 HOLD_S: Final = 0.012
 """[design] So long a control word stands: two within a millisecond are one for many drives."""
