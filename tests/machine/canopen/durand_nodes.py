@@ -9,12 +9,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+import pytest
 from durand import Array, DatatypeEnum, MinimalNode, Record, Variable
 from durand.network import NetworkABC
 from durand.scheduler import AbstractScheduler, VirtualScheduler, get_scheduler, set_scheduler
 from durand.services.nmt import StateEnum
 
 from opensuction.kernel.codegen import plain_row
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import Commands, DriveMessage, Readings
 from opensuction.kernel.record import make_zero
 from opensuction.machine.canopen import device as units
@@ -22,6 +24,7 @@ from opensuction.machine.canopen import power_state
 from opensuction.machine.canopen.canopen_machine import CanopenMachine
 from opensuction.machine.canopen.device import Device, DriveAxis
 from opensuction.machine.canopen.frame_bus import CanFrame
+from opensuction.machine.canopen.objects import NMT_ID, NmtCommand, rpdo_id
 from opensuction.machine.canopen.power_state import PowerState
 from tests.machine.canopen.node_frames import DEVICE
 from tests.machine.canopen.stepped_bus import MemoryBus, SteppedClock, Wire, stepped_host
@@ -29,7 +32,18 @@ from tests.machine.canopen.stepped_bus import MemoryBus, SteppedClock, Wire, ste
 U8, U16, U32 = DatatypeEnum.UNSIGNED8, DatatypeEnum.UNSIGNED16, DatatypeEnum.UNSIGNED32
 I8, I16, I32 = DatatypeEnum.INTEGER8, DatatypeEnum.INTEGER16, DatatypeEnum.INTEGER32
 U64 = DatatypeEnum.UNSIGNED64
-DRIVE_OBJECTS = {
+CYCLIC_POSITION = 1 << 7
+"""In the supported modes."""
+Objects = dict[tuple[int, int], tuple[DatatypeEnum, str, int]]
+"""Index and subindex: type, access by SDO, default."""
+
+
+def writable(kinds: dict[tuple[int, int], DatatypeEnum]) -> Objects:
+    """Objects that begin with 0."""
+    return {key: (kind, "rw", 0) for key, kind in kinds.items()}
+
+
+_DRIVE_KINDS = {
     (0x2300, 0): U32,
     (0x6007, 0): I16,
     (0x603F, 0): U16,
@@ -51,9 +65,9 @@ DRIVE_OBJECTS = {
     (0x60C2, 1): U8,
     (0x60C2, 2): I8,
     (0x60FD, 0): U32,
-    (0x6502, 0): U32,
 }
-MODULE_OBJECTS = {
+DRIVE_OBJECTS: Objects = {**writable(_DRIVE_KINDS), (0x6502, 0): (U32, "ro", CYCLIC_POSITION)}
+_MODULE_KINDS = {
     (0x2100, 1): U64,
     **{(0x6000, sub): U8 for sub in (1, 2)},
     **{(index, 1): U8 for index in (0x6200, 0x6206, 0x6207)},
@@ -62,8 +76,6 @@ MODULE_OBJECTS = {
     **{(0x6443, sub): U8 for sub in (1, 2)},
     **{(0x6444, sub): I32 for sub in (1, 2)},
 }
-CYCLIC_POSITION = 1 << 7
-"""In the supported modes."""
 
 
 class WireNetwork(NetworkABC):  # type: ignore[misc]
@@ -91,13 +103,13 @@ class WireNetwork(NetworkABC):  # type: ignore[misc]
 class DurandNode:
     """A node with some objects."""
 
-    def __init__(self, wire: Wire, number: int, profile: int, objects: dict[Any, Any]) -> None:
+    def __init__(self, wire: Wire, number: int, profile: int, objects: Objects) -> None:
         self.number, self.is_alive = number, True
         self.network = WireNetwork(wire.join())
         self.node = MinimalNode(self.network, number)
         self.objects = self.node.object_dictionary
-        for (index, sub), kind in objects.items():
-            variable = Variable(kind, "rw", 0)
+        for (index, sub), (kind, access, value) in objects.items():
+            variable = Variable(kind, access, value)
             if sub == 0:
                 self.objects[index] = variable
             elif index in self.objects:
@@ -132,12 +144,11 @@ class DurandNode:
 class DurandDrive(DurandNode):
     """A drive that moves where it is told at 100 mm/s, or as many rad/s."""
 
-    def __init__(self, wire: Wire, axis: DriveAxis) -> None:
+    def __init__(self, wire: Wire, axis: DriveAxis, objects: Objects = DRIVE_OBJECTS) -> None:
         self.axis, self.power = axis, power_state.POWERED_UP
         self.position, self.inputs = 0.0, 1 << DEVICE.contact.wired_bit
         self.words: list[int] = []
-        super().__init__(wire, axis.node, 402, DRIVE_OBJECTS)
-        self.write(0x6502, 0, CYCLIC_POSITION)
+        super().__init__(wire, axis.node, 402, objects)
         self.objects.download_callbacks[0x6040, 0].add(self._obey)
 
     def _obey(self, word: int) -> None:
@@ -166,17 +177,18 @@ class DurandModule(DurandNode):
     """A module at whose inputs all is well."""
 
     def __init__(self, wire: Wire) -> None:
-        super().__init__(wire, DEVICE.module.node, 401, MODULE_OBJECTS)
+        super().__init__(wire, DEVICE.module.node, 401, writable(_MODULE_KINDS))
         self.write(0x6000, 1, 0b11111)
 
 
 class Bench:
     """A controller's port before three such nodes; time passes by its steps alone."""
 
-    def __init__(self) -> None:
+    def __init__(self, objects: Objects = DRIVE_OBJECTS) -> None:
+        """objects: of the insertion drive."""
         self.clock, self.wire = SteppedClock(), Wire()
         self.said: list[str] = []
-        self.insertion = DurandDrive(self.wire, DEVICE.insertion)
+        self.insertion = DurandDrive(self.wire, DEVICE.insertion, objects)
         self.valve = DurandDrive(self.wire, DEVICE.valve)
         self.module = DurandModule(self.wire)
         self.nodes: list[DurandNode] = [self.insertion, self.valve, self.module]
@@ -206,6 +218,19 @@ class Bench:
                 return
             self.pass_ms()
         raise AssertionError("no readings")
+
+    def refusal(self) -> str:
+        """Words with which the machine is refused; none is put into operation, nor commanded."""
+        with pytest.raises(InputError) as refused:
+            self.start()
+        message = str(refused.value)
+        assert "\n" not in message
+        assert "nothing moves" in message
+        moving = {rpdo_id(node, 1) for node in DEVICE.nodes}
+        assert not [one for one in self.wire.sent if one.can_id in moving]
+        began = CanFrame(NMT_ID, bytes((NmtCommand.START, DEVICE.insertion.node)))
+        assert began not in self.wire.sent
+        return message
 
     def cycle(self, times: int = 1, released: bool = False, **commands: Any) -> Readings:
         """Some cycles of the control loop with the same command; the last readings."""

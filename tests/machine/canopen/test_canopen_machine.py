@@ -15,9 +15,7 @@ from opensuction.machine.canopen.device import AxisMode
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
     HEARTBEAT_ID,
-    NMT_ID,
     SYNC_ID,
-    NmtCommand,
     rpdo_id,
     tpdo_id,
 )
@@ -33,19 +31,6 @@ ON = {"insertion_on": True, "valve_on": True}
 def bench() -> Iterator[Bench]:
     with virtual_time():
         yield Bench()
-
-
-def refusal(bench: Bench) -> str:
-    """What the machine is refused with; nothing was put into operation, nor commanded."""
-    with pytest.raises(InputError) as refused:
-        bench.start()
-    message = str(refused.value)
-    assert "\n" not in message
-    assert "nothing moves" in message
-    moving = {rpdo_id(node, 1) for node in DEVICE.nodes}
-    assert not [one for one in bench.wire.sent if one.can_id in moving]
-    assert CanFrame(NMT_ID, bytes((NmtCommand.START, INSERTION))) not in bench.wire.sent
-    return message
 
 
 def test_it_moves_a_machine_of_foreign_nodes(bench: Bench) -> None:
@@ -132,7 +117,7 @@ def test_an_axis_that_gets_no_torque_for_where_it_stands_is_named_once(bench: Be
 
 def test_a_node_that_does_not_answer_is_named(bench: Bench) -> None:
     bench.module.is_alive = False
-    assert "node 3 (input module): it does not answer within 10 s" in refusal(bench)
+    assert "node 3 (input module): it does not answer within 10 s" in bench.refusal()
 
 
 def test_every_difference_of_every_node_is_told_at_once(bench: Bench) -> None:
@@ -141,7 +126,7 @@ def test_every_difference_of_every_node_is_told_at_once(bench: Bench) -> None:
     bench.insertion.write(0x1018, 1, 0x99)
     bench.insertion.write(0x6502, 0, 1)
     bench.module.write(0x1000, 0, 402)
-    message = refusal(bench)
+    message = bench.refusal()
     assert "node 1 (insertion drive): its vendor is 0x99, not 0x147; its product is 0x0" in message
     assert "no cyclic synchronous position mode" in message
     assert "node 3 (input module): its profile is CiA 402, not CiA 401" in message
@@ -149,19 +134,19 @@ def test_every_difference_of_every_node_is_told_at_once(bench: Bench) -> None:
 
 def test_a_drive_without_the_mode_that_it_shall_be_driven_in_is_named(bench: Bench) -> None:
     bench.drive(DEVICE._replace(insertion=DEVICE.insertion._replace(mode=AxisMode.TORQUE)))
-    assert "it has no cyclic synchronous torque mode (0x6502)" in refusal(bench)
+    assert "it has no cyclic synchronous torque mode (0x6502)" in bench.refusal()
 
 
 def test_objects_that_a_node_does_not_have_are_named(bench: Bench) -> None:
     del bench.valve.objects._variables[0x6007]
     del bench.valve.objects._objects[0x60C2]
-    message = refusal(bench)
+    message = bench.refusal()
     assert "node 2 (valve drive): object 0x6007:00 does not exist; object 0x60c2:01" in message
 
 
 def test_a_value_that_a_node_does_not_keep_is_told(bench: Bench) -> None:
     bench.insertion.objects.set_read_callback(0x6007, 0, lambda: 0)
-    assert "object 0x6007:00 is 0x0, not 0xffff" in refusal(bench)
+    assert "object 0x6007:00 is 0x0, not 0xffff" in bench.refusal()
 
 
 def test_the_insertion_drives_own_stop_at_contact_is_armed(bench: Bench) -> None:
@@ -172,13 +157,13 @@ def test_the_insertion_drives_own_stop_at_contact_is_armed(bench: Bench) -> None
 
 def test_a_drive_whose_stop_at_contact_cannot_be_armed_is_not_driven(bench: Bench) -> None:
     bench.insertion.objects.set_read_callback(0x2300, 0, lambda: 0)
-    assert "node 1 (insertion drive): object 0x2300:00 is 0x0, not 0x10000" in refusal(bench)
+    assert "node 1 (insertion drive): object 0x2300:00 is 0x0, not 0x10000" in bench.refusal()
 
 
 def test_a_drive_without_the_objects_of_its_stop_is_not_driven(bench: Bench) -> None:
     other = DEVICE.contact.stop[0]._replace(object_index=0x3240, sub=1)
     bench.drive(DEVICE._replace(contact=DEVICE.contact._replace(stop=(other,))))
-    assert "node 1 (insertion drive): object 0x3240:01 does not exist" in refusal(bench)
+    assert "node 1 (insertion drive): object 0x3240:01 does not exist" in bench.refusal()
 
 
 def test_a_node_that_answers_nonsense_is_not_driven(bench: Bench) -> None:
@@ -187,7 +172,7 @@ def test_a_node_that_answers_nonsense_is_not_driven(bench: Bench) -> None:
     node.network.add_subscription(
         0x600 + INSERTION, lambda *_: node.network.send(0x580 + INSERTION, answer)
     )
-    assert "it answers nonsense to object 0x1000:00: 11 00 10 00" in refusal(bench)
+    assert "it answers nonsense to object 0x1000:00: 11 00 10 00" in bench.refusal()
 
 
 def test_a_quick_stop_that_passes_within_two_frames_is_noticed(bench: Bench) -> None:

@@ -64,6 +64,7 @@ _REASONS: Final = {
     _NO_OBJECT: "does not exist",
     0x06090011: "has no such subindex",
     0x06010002: "is read-only",
+    0x06040041: "cannot be mapped",
     0x06070010: "has another length",
     0x06090030: "does not take this value",
     0x08000022: "cannot be written in this state",
@@ -134,15 +135,21 @@ def _write_all(node: int, written: list[Entry]) -> Setup:
         if refused is None:
             continue
         refusals.add(one)
-        if not (one.may_lack and refused.is_lacking):
+        found, unread = yield from _read(node, one.object_index, one.sub)
+        is_so_anyway = unread is None and _is_same(one, found)
+        if not is_so_anyway and not (one.may_lack and refused.is_lacking):
             wrong.append(refused.words)
     for one in written:
         if one.is_read_again and one not in refusals:
             value, refused = yield from _read(node, one.object_index, one.sub)
-            wanted = one.value % (1 << one.bits)
-            if refused is None and value % (1 << one.bits) != wanted:
+            if refused is None and not _is_same(one, value):
+                wanted = one.value % (1 << one.bits)
                 wrong.append(f"{_name(one.object_index, one.sub)} is {value:#x}, not {wanted:#x}")
     return wrong
+
+
+def _is_same(one: Entry, value: int) -> bool:
+    return (value - one.value) % (1 << one.bits) == 0
 
 
 def _check_identity(device: Device, place: int) -> Generator[CanFrame, Answer, list[str]]:
