@@ -64,6 +64,37 @@ def test_nothing_flows_on_a_picture_that_is_not_live(bedside: Bedside) -> None:
     assert bedside.page.evaluate(flows) == 0
 
 
+def test_a_cycle_whose_end_is_not_on_record_holds_nothing_up(bedside: Bedside) -> None:
+    """As where its recorder died; the page failed then, and its buttons stayed as they were."""
+    page = bedside.page
+    left_open = {"outcome": None, "why": "", "ended_at": None}
+    bedside.machine.show(phase="halted", check_failure="the tip is inside", last_cycle=left_open)
+    expect(tile(page, "Last cycle").locator(".figure")).to_have_text("Not ended")
+    expect(page.locator(".phase-word")).to_have_text("Halted")
+    expect(page.get_by_role("button", name=re.compile("^Reset"))).to_be_visible()
+    assert bedside.complaints == []
+
+
+def test_what_could_not_be_shown_is_not_taken_for_what_is_now(clinician: Bedside) -> None:
+    page, machine = clinician.page, clinician.machine
+    asks = alarming(alarm(Condition.CONTACT_STUCK_OPEN))
+    machine.show(**SUCTIONING, **asks, monitor=None)  # the view fails, the alarm bar does not
+    expect(page.locator(".link")).to_have_text("Page failed: reload it")
+    sentence = Condition.CONTACT_STUCK_OPEN.row.sentence
+    expect(page.locator(".alarm-kind")).to_contain_text(sentence, ignore_case=True)
+    expect(page.locator(".bedside")).to_have_attribute("data-stale", "")
+    expect(page.locator(".stale-note")).to_have_text("this page has failed: reload it")
+    assert "null" in clinician.complaints[0]
+    machine.show(**SUCTIONING)
+    expect(page.locator(".link")).to_have_text("Live")
+    expect(page.locator(".bedside[data-stale]")).to_have_count(0)
+    expect(page.locator(".stale-note")).to_be_empty()
+    machine.show(alarms=None)  # the alarm bar fails, the view does not
+    expect(page.locator(".phase-word")).to_have_text("Parked")
+    expect(page.locator(".link")).to_have_text("Page failed: reload it")
+    expect(page.locator(".start-why")).to_contain_text("this page has failed")
+
+
 def test_what_matters_is_shown_large(bedside: Bedside) -> None:
     page = bedside.page
     bedside.machine.show(**SUCTIONING)

@@ -13,11 +13,26 @@ export const CONNECTING = "connecting";
 export const LOST = "lost";
 export const SILENT = "silent"; // the console answers, the machine's control does not
 
+/** Call all, though some of them fail; whether one did. */
+function callAll(functions, word) {
+  let hasFailed = false;
+  for (const fn of functions) {
+    try {
+      fn(word);
+    } catch (error) {
+      hasFailed = true;
+      reportError(error);
+    }
+  }
+  return hasFailed;
+}
+
 export class Live {
   constructor() {
     this.state = null; // the newest
     this.known = null; // the newest in which the machine's control said something
-    this.link = { kind: CONNECTING, age_s: null };
+    this.link = { kind: CONNECTING, age_s: null, hasFailed: false };
+    this.hasFailed = false; // what the newest state says could not be shown
     this.listeners = new Set();
     this.followers = new Set();
     this.heard_ms = performance.now();
@@ -35,20 +50,20 @@ export class Live {
   /** Call fn(state) with each new state, and now with the last; gives what ends it. */
   subscribe(fn) {
     this.listeners.add(fn);
-    if (this.state) fn(this.state);
+    if (this.state) this.hasFailed = callAll([fn], this.state) || this.hasFailed;
     return () => this.listeners.delete(fn);
   }
 
-  /** Call fn(link) some times a second: {kind, age_s}; gives what ends it. */
+  /** Call fn(link) some times a second: {kind, age_s, hasFailed}; gives what ends it. */
   follow(fn) {
     this.followers.add(fn);
-    fn(this.link);
+    callAll([fn], this.link);
     return () => this.followers.delete(fn);
   }
 
   /** Whether what is shown is what the machine does now. */
   get isLive() {
-    return this.link.kind === GOOD;
+    return this.link.kind === GOOD && !this.hasFailed;
   }
 
   connect() {
@@ -78,7 +93,10 @@ export class Live {
     this.state = state;
     if (state.connected) this.known = state;
     this.look();
-    for (const fn of this.listeners) fn(state);
+    const hasFailed = callAll(this.listeners, state);
+    if (hasFailed === this.hasFailed) return;
+    this.hasFailed = hasFailed;
+    this.look(); // what could not be shown anew must not pass for what is now
   }
 
   /** Let go of a connection and try anew after a while that grows. */
@@ -102,8 +120,8 @@ export class Live {
     if (this.socket && silent_ms > SILENT_MS && now_ms - this.opened_ms > 2 * SILENT_MS) {
       this.drop(this.socket);
     }
-    this.link = this.judge(silent_ms);
-    for (const fn of this.followers) fn(this.link);
+    this.link = { ...this.judge(silent_ms), hasFailed: this.hasFailed };
+    callAll(this.followers, this.link);
   }
 
   judge(silent_ms) {

@@ -21,7 +21,7 @@ export class NowPanel {
 
   update(live) {
     const state = live.known;
-    mark(this.element, "data-stale", live.link.kind !== GOOD);
+    mark(this.element, "data-stale", live.link.kind !== GOOD || live.link.hasFailed);
     if (!state || !this.element.checkVisibility()) return;
     const unknown = text.bedside.unknown;
     say(this.values.phase, phaseWords(state.phase)[0]);

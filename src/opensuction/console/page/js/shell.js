@@ -122,19 +122,19 @@ class Shell {
 
   showLink(link) {
     this.showWhat();
-    const words = text.shell.link[link.kind];
-    const isLive = link.kind === GOOD;
-    mark(this.link, "data-kind", link.kind);
-    mark(document.documentElement, "data-link", link.kind);
-    say(this.link, isLive || link.age_s === null ? words : `${words}, ${age(link.age_s)}`);
+    const kind = link.hasFailed ? "failed" : link.kind;
+    const words = text.shell.link[kind];
+    mark(this.link, "data-kind", kind);
+    mark(document.documentElement, "data-link", kind);
+    say(this.link, link.kind === GOOD || link.age_s === null ? words : `${words}, ${age(link.age_s)}`);
     this.showTitle();
   }
 
   /** All that a hidden tab shows is its title. */
   showTitle() {
-    const { kind } = this.context.live.link;
-    const isHeard = kind === GOOD || kind === CONNECTING;
-    const title = isHeard ? this.title : `${text.shell.link[kind]} · ${this.title}`;
+    const { kind, hasFailed } = this.context.live.link;
+    const isHeard = (kind === GOOD || kind === CONNECTING) && !hasFailed;
+    const title = isHeard ? this.title : `${text.shell.link[hasFailed ? "failed" : kind]} · ${this.title}`;
     if (document.title !== title) document.title = title;
   }
 

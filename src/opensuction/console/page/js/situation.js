@@ -43,6 +43,7 @@ export function whyNoStart(state, link, session) {
   const why = text.bedside.start.why;
   if (link.kind === LOST || link.kind === CONNECTING) return why.link;
   if (link.kind !== GOOD) return why.silent;
+  if (link.hasFailed) return why.failed;
   if (session.name === null) return why.signIn;
   if (session.must_change_password) return why.change;
   if (!session.rights.includes("start")) return why.role;

@@ -148,7 +148,7 @@ export class Rest {
   updateLast(last) {
     const words = text.bedside.last;
     const { figure, notes, element } = this.last;
-    say(figure, last ? words[last.outcome] || capital(last.outcome) : words.none);
+    say(figure, last ? words[last.outcome ?? "running"] || capital(last.outcome) : words.none);
     say(notes[0], last ? [last.why, last.ended_at ? fill(words.at, { time: clock(last.ended_at) }) : ""].filter(Boolean).join(" · ") : "");
     mark(element, "data-outcome", last ? last.outcome : null);
   }

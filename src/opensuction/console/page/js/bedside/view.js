@@ -58,15 +58,21 @@ class Bedside {
     const { live, machine } = this.context;
     const { link, known } = live;
     this.start.update(known || {}, link);
-    const isLive = link.kind === GOOD;
+    const isLive = link.kind === GOOD && !link.hasFailed;
     mark(this.element, "data-stale", known !== null && !isLive);
     mark(this.element, "data-unknown", known === null);
-    say(this.old, known !== null && !isLive && link.age_s !== null ? fill(text.bedside.stale, { age: age(link.age_s) }) : "");
+    say(this.old, known !== null ? this.oldWords(link) : "");
     if (known === null) return;
     this.show(known);
     for (const part of [this.tip, this.gauge, this.valve, this.monitor, this.rest]) part.update(known, machine);
     this.drawing.update(known);
     this.buttons.update(known, link);
+  }
+
+  /** How old what is shown is; nothing where it is now. */
+  oldWords(link) {
+    if (link.hasFailed) return text.bedside.failed;
+    return link.kind !== GOOD && link.age_s !== null ? fill(text.bedside.stale, { age: age(link.age_s) }) : "";
   }
 
   show(state) {

@@ -2,6 +2,7 @@
 
 import { make, mark, say, show } from "../dom.js";
 import { fill, text } from "../text.js";
+import { capital } from "../words.js";
 import { shown } from "./part.js";
 
 /** A field. told: its row of GET /protocol; limit: {limit, unit, source} or null. */
@@ -18,7 +19,7 @@ export function numberField(told, limit, onchange) {
     "aria-describedby": `${id}-wrong ${id}-hint`,
   });
   const about = make("div", { class: "field-about", id: `${id}-about`, hidden: true },
-    make("p", {}, capital(told.meaning)),
+    make("p", {}, `${capital(told.meaning)}.`),
     make("p", {}, fill(words.source, { source: told.default_source })),
     limit ? make("p", {}, fill(words.guideline, limit)) : null);
   const ask = make("button", {
@@ -69,8 +70,4 @@ export function numberField(told, limit, onchange) {
       mark(element, "data-locked", isLocked);
     },
   };
-}
-
-function capital(words) {
-  return words.slice(0, 1).toUpperCase() + words.slice(1) + ".";
 }

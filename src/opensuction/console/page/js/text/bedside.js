@@ -5,6 +5,7 @@ export default {
   notMeasured: "not measured",
   notConnected: "no monitor",
   stale: "{age} old",
+  failed: "this page has failed: reload it",
   secretions: { coming: "Secretions come.", "nothing-comes": "Nothing comes." },
   anatomy: "Airway and catheter",
   noAnatomy: "The drawing could not be loaded.",
@@ -65,6 +66,7 @@ export default {
     completed: "Completed",
     aborted: "Aborted",
     stopped: "Stopped",
+    running: "Not ended",
     at: "at {time}",
   },
   start: {
@@ -81,6 +83,7 @@ export default {
     blocked: "Cannot start: {why}",
     why: {
       link: "no connection to the machine",
+      failed: "this page has failed: reload it",
       silent: "the machine's control does not answer",
       signIn: "sign in first",
       change: "choose a password of your own first",

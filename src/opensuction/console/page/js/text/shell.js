@@ -28,6 +28,7 @@ export default {
     connecting: "Connecting",
     lost: "No connection",
     silent: "Control silent",
+    failed: "Page failed: reload it",
   },
   theme: { toDark: "Dark colours", toLight: "Light colours" },
   noTime: "\u2013",
