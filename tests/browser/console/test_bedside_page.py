@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from opensuction.safety.condition import Condition
 from tests.browser.console.conftest import Bedside
-from tests.browser.console.fake_machine import alarm, alarming
+from tests.browser.console.fake_machine import PARKED, alarm, alarming
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
@@ -72,6 +72,19 @@ def test_a_cycle_whose_end_is_not_on_record_holds_nothing_up(bedside: Bedside) -
     expect(tile(page, "Last cycle").locator(".figure")).to_have_text("Not ended")
     expect(page.locator(".phase-word")).to_have_text("Halted")
     expect(page.get_by_role("button", name=re.compile("^Reset"))).to_be_visible()
+    assert bedside.complaints == []
+
+
+def test_what_is_not_known_fails_no_part(bedside: Bedside) -> None:
+    """Each value alone was tried, too: none but the alarms, which are always told, is needed."""
+    page, machine = bedside.page, bedside.machine
+    told = ("phase", "alarms", "priority", "audible", "connected", "age_s", "processes", "monitor")
+    unknown = dict.fromkeys(PARKED.keys() - set(told))
+    monitor = dict.fromkeys(PARKED["monitor"])
+    for phase in ("parked", "suctioning", "halted"):
+        machine.show(**unknown, phase=phase, monitor=monitor)
+        expect(page.locator(".phase-word")).to_have_text(phase.capitalize())
+    expect(page.locator(".link")).to_have_text("Live")
     assert bedside.complaints == []
 
 
