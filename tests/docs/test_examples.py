@@ -78,8 +78,9 @@ def is_live(page: Path) -> bool:
 
 
 def marks(page: Path) -> list[pytest.MarkDecorator]:
-    found = ((pytest.mark.examples, is_slow(page)), (pytest.mark.real_time, is_live(page)))
-    return [mark for mark, holds in found if holds]
+    found = [pytest.mark.examples] if is_slow(page) else []
+    # What `run` does is tested in `tests/cli/test_run.py`: the page's words can wait.
+    return found + ([pytest.mark.real_time, pytest.mark.soak] if is_live(page) else [])
 
 
 def run_shell(block: Block, reader: Reader) -> None:

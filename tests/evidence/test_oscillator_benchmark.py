@@ -60,7 +60,9 @@ def test_a_joined_record_holds_the_periods_to_identify_from_and_the_steady_test(
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in (2, 3))]
+)
 def test_the_model_identified_from_noise_predicts_both_tests(seed: int) -> None:
     fit = fit_oscillator(*benchmark.estimation_record(seed), RATE_HZ)
     errors = benchmark.held_out_errors(fit, 1000 + seed)

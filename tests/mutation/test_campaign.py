@@ -24,7 +24,7 @@ def campaign(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_every_mistake_in_the_lights_is_noticed(tmp_path: Path) -> None:
     out = tmp_path / "score.json"

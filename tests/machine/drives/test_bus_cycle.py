@@ -104,7 +104,6 @@ def test_the_papers_cycles_go_over_the_bus_at_either_rate(
     ("choice", "period"),
     [
         (TABLE_I, 4),
-        (CycleChoice(RigChoice(patient="adult-icu", seed=3), approach="contact"), 2),
         pytest.param(TABLE_I, 2, marks=pytest.mark.soak),
         pytest.param(TABLE_II, 4, marks=pytest.mark.soak),
         pytest.param(TABLE_II, 2, marks=pytest.mark.soak),

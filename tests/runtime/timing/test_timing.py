@@ -56,7 +56,7 @@ def assert_flat(figures: Figures) -> None:
     assert most_kb <= settled_kb + GROWN_KB
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_13_s_beside_a_busy_machine_are_accounted_for(tmp_path: Path) -> None:
     """So long a cycle takes."""
     run = timing_run.run(tmp_path, 13.0, MS)
