@@ -54,7 +54,10 @@ export class Live {
     return () => this.listeners.delete(fn);
   }
 
-  /** Call fn(link) some times a second: {kind, age_s, hasFailed}; gives what ends it. */
+  /**
+   * Call fn(link) some times a second; gives what ends it.
+   * link: {kind, age_s, hasFailed}; it has failed where it is good and the newest is not shown.
+   */
   follow(fn) {
     this.followers.add(fn);
     callAll([fn], this.link);
@@ -63,7 +66,7 @@ export class Live {
 
   /** Whether what is shown is what the machine does now. */
   get isLive() {
-    return this.link.kind === GOOD && !this.hasFailed;
+    return this.link.kind === GOOD && !this.link.hasFailed;
   }
 
   connect() {
@@ -120,7 +123,8 @@ export class Live {
     if (this.socket && silent_ms > SILENT_MS && now_ms - this.opened_ms > 2 * SILENT_MS) {
       this.drop(this.socket);
     }
-    this.link = { ...this.judge(silent_ms), hasFailed: this.hasFailed };
+    const link = this.judge(silent_ms);
+    this.link = { ...link, hasFailed: link.kind === GOOD && this.hasFailed };
     callAll(this.followers, this.link);
   }
 
