@@ -41,13 +41,15 @@ def axis_frames(
     ]
 
 
-def module_frames(digital: int = 0b11111, vacuum_mmhg: float = 0.0) -> list[CanFrame]:
-    """Readings of the module: head at 0 mm, 97 %, 80 1/min, 5 cmH2O."""
+def module_frames(
+    digital: int = 0b11111, vacuum_mmhg: float = 0.0, carriage: int = 0
+) -> list[CanFrame]:
+    """Readings of the module: 97 %, 80 1/min, 5 cmH2O. carriage: counts of the second sensor."""
     node = DEVICE.nodes[2]
     vacuum = round(vacuum_mmhg * DEVICE.module.vacuum.counts_per_unit)
     return [
         CanFrame(tpdo_id(node, 1), MODULE_DIGITAL.pack(digital & 0xFF, digital >> 8)),
-        CanFrame(tpdo_id(node, 2), MODULE_ANALOGUE[0].pack(vacuum, 0, 19_400, 8000)),
+        CanFrame(tpdo_id(node, 2), MODULE_ANALOGUE[0].pack(vacuum, carriage, 19_400, 8000)),
         CanFrame(tpdo_id(node, 3), MODULE_ANALOGUE[1].pack(1000, 0, 0, 0)),
     ]
 

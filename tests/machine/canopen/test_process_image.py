@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.interface import Readings
-from opensuction.machine.canopen import power_state, process_image
+from opensuction.machine.canopen import power_state, process_image, sensor_readings
 from opensuction.machine.canopen.device import Device
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import AXIS_MOTION, EMERGENCY_ID, SYNC_ID, tpdo_id
@@ -26,6 +26,7 @@ from tests.machine.canopen.node_frames import (
 PERIOD_S = DEVICE.bus.period_s
 POWER = (power_state.AT_START, power_state.AT_START)
 FIRST, VALVE, MODULE = DEVICE.nodes
+ENABLED = PowerState.OPERATION_ENABLED
 
 
 def take(
@@ -41,12 +42,14 @@ def take(
 
 def judge(image: ProcessImage, at_s: float = 0.0) -> tuple[Readings, tuple[str, str, str]]:
     said = process_image.complaints(DEVICE, image, POWER, at_s)
-    return process_image.readings(DEVICE, image, said), said
+    return sensor_readings.readings(DEVICE, image, said), said
 
 
 def test_frames_of_sound_nodes_are_valid_readings() -> None:
-    frames = [*sound_cycle(), *axis_frames(0, 120.5, inputs=0b11 << 16, torque=250)]
-    found, said = judge(take([*frames, *module_frames(vacuum_mmhg=80.0)]))
+    frames = [*axis_frames(0, 120.5, inputs=0b11 << 16, torque=250)]
+    later_s = process_image.TORQUE_S
+    image = take([*frames, *module_frames(vacuum_mmhg=80.0)], take(sound_cycle()), later_s)
+    found, said = judge(image, later_s)
     assert said == ("", "", "")
     assert (found.head_mm, found.head_valid) == (120.5, True)
     assert (found.carriage_mm, found.carriage_valid) == (0.0, True)
@@ -184,7 +187,7 @@ def test_positions_go_on_across_the_wrap_at_32_bits() -> None:
     for head_mm in range(11):  # 200 counts for each: it wraps at 5 mm
         image = take([*sound_cycle(), *axis_frames(0, head_mm, device=far)], device=far)
         said = process_image.complaints(far, image, POWER, 0.0)
-        found = process_image.readings(far, image, said)
+        found = sensor_readings.readings(far, image, said)
         assert found.head_valid
         positions.append(found.head_mm)
     assert positions == list(range(11))
@@ -219,7 +222,52 @@ def test_a_drive_that_left_operation_without_a_word_is_told() -> None:
     lost = power_state.AT_START._replace(lost=True)
     said = process_image.complaints(DEVICE, image, (lost, power_state.AT_START), 0.0)
     assert said == ("left operation without being told: switched on", "", "")
-    assert not process_image.readings(DEVICE, image, said).head_valid
+    assert not sensor_readings.readings(DEVICE, image, said).head_valid
+
+
+@given(st.floats(-62.0, 62.0), st.sampled_from([0.002, 0.004]), st.sets(st.integers(12, 39)))
+def test_both_sensors_of_a_head_that_moves_have_it_at_the_same_place(
+    per_s: float, period_s: float, lost: set[int]
+) -> None:
+    """Whichever frames of the second sensor are lost; it was a period behind, .25 mm."""
+    device = DEVICE._replace(bus=DEVICE.bus._replace(period_s=period_s))
+    carriage, counts_per_mm = device.module.carriage, device.insertion.counts_per_unit
+    moving = CanFrame(tpdo_id(FIRST, 2), AXIS_MOTION.pack(round(per_s * counts_per_mm), 2 << 16))
+    image, step_mm = EMPTY, 0.1
+    rounded_mm = step_mm * (0.5 + 2.0 * period_s / process_image.RATE_S)
+    for cycle in range(40):
+        at_s = cycle * period_s
+        here_mm = per_s * at_s  # at the SYNC before
+        stepped_mm = step_mm * round(here_mm / step_mm)
+        module = module_frames(carriage=round(stepped_mm * carriage.counts_per_unit))
+        frames = [*axis_frames(0, here_mm, ENABLED), moving]
+        image = take([*frames, *(module if cycle not in lost else ())], image, at_s, device)
+        is_missing = cycle in lost and cycle - 1 in lost
+        if cycle > 20 and not is_missing:  # it is for one frame that a reading is carried on
+            found = sensor_readings.readings(device, image, ("", "", ""), at_s)
+            assert found.carriage_mm == pytest.approx(found.head_mm, abs=rounded_mm)
+
+
+@pytest.mark.parametrize("period_s", [0.002, 0.004])
+def test_a_torque_is_what_the_drive_gives_over_some_periods(period_s: float) -> None:
+    """A servo goes by the steps of its encoder: its torque swings, and its mean is what counts."""
+    image, swing, mean = EMPTY, 900, 300
+    for cycle in range(40):
+        torque = mean + (swing if cycle % 2 else -swing)
+        image = take(axis_frames(0, torque=torque), image, cycle * period_s)
+    found = sensor_readings.readings(DEVICE, image, ("", "", ""))
+    share = 0.5 * period_s / process_image.TORQUE_S
+    off_a = 1.5 * share * 1e-3 * swing * DEVICE.insertion.rated_current_a
+    wanted_a = 1e-3 * mean * DEVICE.insertion.rated_current_a
+    assert found.insertion_current_a == pytest.approx(wanted_a, abs=off_a)
+
+
+def test_a_second_sensor_that_comes_back_from_a_broken_line_is_where_it_is() -> None:
+    image = EMPTY
+    for cycle, counts in enumerate([100, 100, -0x8000, -0x8000, 5000]):
+        image = take(module_frames(carriage=counts), image, cycle * PERIOD_S)
+    found = sensor_readings.readings(DEVICE, image, ("", "", ""), 4 * PERIOD_S)
+    assert found.carriage_mm == 5000 / DEVICE.module.carriage.counts_per_unit
 
 
 def test_a_position_is_that_of_the_time_at_which_it_is_read() -> None:
@@ -230,5 +278,5 @@ def test_a_position_is_that_of_the_time_at_which_it_is_read() -> None:
     image = take([*sound_cycle(50.0), moving], at_s=1.0)
     said = ("", "", "")
     for late, periods in ((0, 1), (1, 2), (4, 2)):
-        found = process_image.readings(DEVICE, image, said, 1.0 + late * PERIOD_S)
+        found = sensor_readings.readings(DEVICE, image, said, 1.0 + late * PERIOD_S)
         assert found.head_mm == pytest.approx(50.0 + periods * speed_mm_per_s * PERIOD_S)

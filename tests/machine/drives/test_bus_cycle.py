@@ -1,6 +1,7 @@
 """Whole cycles over the bus, held against the same cycles of the twin in the loop's own process."""
 
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,11 +9,12 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.vocabulary import Phase
+from opensuction.machine.canopen.device import AxisMode
 from opensuction.oracle import exposure, harm
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from tests.machine.drives.bus_room import BusRoom, Noise, by_torque
+from tests.machine.drives.bus_room import EMULATED, BusRoom, Noise, by_torque
 from tests.runtime.stepped_room import SteppedRoom
 
 AFTER_S = 0.5
@@ -130,6 +132,33 @@ def test_our_own_servo_drives_the_head_over_the_bus(
     assert bus.phases[-1] == Phase.PARKED
     assert not any((bus.tripped, bus.signalled, bus.alone, bus.harmed))
     assert bus.tracking_mm < BY_TORQUE * twin.tracking_mm
+
+
+FOUND = (
+    (14, "travel", 4, AxisMode.POSITION),
+    (12, "contact", 2, AxisMode.POSITION),
+    (6, "contact", 4, AxisMode.TORQUE),
+)
+"""Machines whose sound cycles were broken off: the second sensor was read a period later than the
+encoder; the drive's current swung by its encoder's steps, and so did the torque that we set."""
+DRAWN = [
+    pytest.param(*one, marks=pytest.mark.soak)
+    for one in product(range(1, 16), ("travel", "contact"), (4, 2), AxisMode)
+    if one not in FOUND
+]
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(("seed", "approach", "period", "mode"), [*FOUND, *DRAWN])
+def test_no_sound_machine_is_taken_for_a_broken_one(
+    tmp_path: Path, seed: int, approach: str, period: int, mode: AxisMode
+) -> None:
+    choice = CycleChoice(RigChoice(seed=seed), approach=approach)
+    loop, start = prepared(choice).loop, prepared(choice).start
+    device = by_torque(loop) if mode == AxisMode.TORQUE else EMULATED
+    bus = play(BusRoom(tmp_path, loop, start, period, device=device), choice)
+    assert bus.phases[-1] == Phase.PARKED
+    assert not any((bus.tripped, bus.signalled, bus.alone, bus.harmed))
 
 
 @pytest.mark.sweep

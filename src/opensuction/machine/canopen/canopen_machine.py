@@ -23,7 +23,13 @@ from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import DriveMessage
 from opensuction.kernel.record import Array
-from opensuction.machine.canopen import device_file, node_setup, process_image, set_point
+from opensuction.machine.canopen import (
+    device_file,
+    node_setup,
+    process_image,
+    sensor_readings,
+    set_point,
+)
 from opensuction.machine.canopen.device import Device, position_of
 from opensuction.machine.canopen.frame_bus import CanFrame, FrameBus, open_bus
 from opensuction.machine.canopen.node_setup import Setup
@@ -118,7 +124,7 @@ class CanopenMachine:
         if self._number == 0 or newest_s > self._newest_s:
             self._number, self._newest_s = self._number + 1, newest_s
         self._say(said)
-        found = process_image.readings(self.device, self.image, said, now_s)
+        found = sensor_readings.readings(self.device, self.image, said, now_s)
         self._read = (found.head_mm, found.cam_rad)
         readings[:] = list(plain_row.numbers(found))
         return self._number

@@ -1,18 +1,17 @@
-"""Process image: the newest that each node of a bus has said, and the readings that it makes.
+"""Process image: the newest that each node of a bus has said.
 
-Frames and time in, readings out: no bus and no clock. What a node says counts while it is fresh,
-while the node gives signs of life in NMT state operational, and while nothing speaks against it;
-else its readings are invalid, and one line says why (`complaints`). A frame that is lost or holds
-nonsense is as one that did not come: what was read before it stands until it is stale.
+Frames and time in: no bus and no clock. What a node says counts while it is fresh, while the node
+gives signs of life in NMT state operational, and while nothing speaks against it; else its
+readings (`sensor_readings`) are invalid, and one line says why (`complaints`). A frame that is lost
+or holds nonsense is as one that did not come: what was read before it stands until it is stale.
 """
 
 import struct
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from opensuction.kernel.interface import LARGEST, Monitor, Readings
 from opensuction.machine.canopen import device as units
-from opensuction.machine.canopen.device import Analogue, Device, DriveAxis
+from opensuction.machine.canopen.device import Analogue, Device
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
     AXIS_MOTION,
@@ -38,8 +37,15 @@ CREDIT_S: Final = 1.0
 """What a node could have sent in this time may come at once: this computer may have stood still."""
 FLOODED_S: Final = 1.0
 """For so long a node that has flooded the bus counts for nothing."""
-_RAILS: Final = (-0x8000, 0x7FFF)
+RAILS: Final = (-0x8000, 0x7FFF)
 """Ends of an analogue channel: beyond its range, or a wire that is broken."""
+TORQUE_S: Final = 0.012
+"""Time over which a drive's torque is averaged. A servo goes by the steps of its encoder, and its
+torque swings meanwhile by as much as the rated one: what is computed of single values is not what
+the axis does. Measured, see docs/evidence/2026-11-29-drives-on-a-bus.md."""
+RATE_S: Final = 0.02
+"""[design] Time over which the change of an analogue input is averaged: a step of a tenth of a
+millimetre of the head's second sensor is 5 mm/s then, and .02 mm in a period of 4 ms."""
 COMMUNICATION_ERROR: Final = 0x81
 """High byte of an emergency's code: the node misses its host (CiA 301)."""
 _ERROR_RESET: Final = 0xFF00
@@ -75,7 +81,8 @@ class AxisImage(NamedTuple):
 
     status: int
     counts: int
-    torque: int
+    torque: float
+    """In thousandths of the rated one, averaged over `TORQUE_S`."""
     status_s: float
     velocity: int
     """Counts/s."""
@@ -92,6 +99,8 @@ class ModuleImage(NamedTuple):
     """Channels 1 to 8."""
     analogue_s: tuple[float, float]
     """Of channels 1 to 4, and 5 to 8."""
+    rates: tuple[float, ...]
+    """Counts/s of each channel, averaged over `RATE_S`."""
 
 
 class ProcessImage(NamedTuple):
@@ -103,11 +112,11 @@ class ProcessImage(NamedTuple):
 
 
 _NODE: Final = NodeImage(NmtState.BOOTING, NEVER_S, 0, 0, "", 0.0, NEVER_S, NEVER_S)
-_AXIS: Final = AxisImage(0, 0, 0, NEVER_S, 0, 0, NEVER_S)
+_AXIS: Final = AxisImage(0, 0, 0.0, NEVER_S, 0, 0, NEVER_S)
 EMPTY: Final = ProcessImage(
     (_NODE, _NODE, _NODE),
     (_AXIS, _AXIS),
-    ModuleImage(0, NEVER_S, (0,) * 8, (NEVER_S, NEVER_S)),
+    ModuleImage(0, NEVER_S, (0,) * 8, (NEVER_S, NEVER_S), (0.0,) * 8),
 )
 """Nothing has come yet."""
 
@@ -176,8 +185,10 @@ def _take_readings(
         return image._replace(module=_take_inputs(image.module, service, data, now_s))
     axis = image.axes[place]
     if service == tpdo_id(0, 1):
-        status, counts, torque = AXIS_STATUS.unpack(data)
+        status, counts, now = AXIS_STATUS.unpack(data)
         read_state(status)
+        share = min((now_s - axis.status_s) / TORQUE_S, 1.0)
+        torque = axis.torque + share * (now - axis.torque)
         axis = axis._replace(status=status, counts=counts, torque=torque, status_s=now_s)
     elif service == tpdo_id(0, 2):
         velocity, inputs = AXIS_MOTION.unpack(data)
@@ -200,9 +211,18 @@ def _take_channels(
     module: ModuleImage, layout: Frame, k: int, data: bytes, now_s: float
 ) -> ModuleImage:
     values, times = list(module.analogue), list(module.analogue_s)
-    values[4 * k : 4 * k + 4] = layout.unpack(data)
+    rates, since_s = list(module.rates), now_s - times[k]
+    for channel, counts in enumerate(layout.unpack(data), 4 * k):
+        if counts in RAILS or values[channel] in RAILS or times[k] == NEVER_S:
+            rates[channel] = 0.0
+        elif since_s > 0.0:
+            gained = (counts - values[channel]) / since_s - rates[channel]
+            rates[channel] += gained * min(since_s / RATE_S, 1.0)
+        values[channel] = counts
     times[k] = now_s
-    return module._replace(analogue=tuple(values), analogue_s=(times[0], times[1]))
+    return module._replace(
+        analogue=tuple(values), analogue_s=(times[0], times[1]), rates=tuple(rates)
+    )
 
 
 def forget_lost_host(image: ProcessImage) -> ProcessImage:
@@ -296,89 +316,4 @@ def _inputs(module: units.InputModule) -> tuple[Analogue, ...]:
         module.spo2,
         module.heart_rate,
         module.airway_pressure,
-    )
-
-
-def readings(
-    device: Device, image: ProcessImage, said: Sequence[str], now_s: float = NEVER_S
-) -> Readings:
-    """Readings that the controller gets.
-
-    said: `complaints`. now_s: time for which positions count; without it, as they came.
-    """
-    insertion, valve = image.axes
-    head_mm, head_valid = _position(device, device.insertion, insertion, now_s)
-    cam_rad, cam_valid = _position(device, device.valve, valve, now_s)
-    inputs, wired = device.module, not said[MODULE]
-    carriage_mm, carriage_valid = _value(inputs.carriage, image.module)
-    vacuum_mmhg, vacuum_valid = _value(inputs.vacuum, image.module)
-    sound = not said[INSERTION]
-    amperes = insertion.torque * 1e-3 * device.insertion.rated_current_a
-    return Readings(
-        head_mm=head_mm,
-        head_valid=head_valid and sound,
-        carriage_mm=carriage_mm,
-        carriage_valid=carriage_valid and wired,
-        cam_rad=cam_rad,
-        cam_valid=cam_valid and not said[VALVE],
-        line_vacuum_mmhg=vacuum_mmhg,
-        vacuum_valid=vacuum_valid and wired,
-        contact_closed=_bit(insertion.inputs, device.contact.closed_bit),
-        contact_valid=_bit(insertion.inputs, device.contact.wired_bit) and sound,
-        mouth_clear=_bit(image.module.digital, inputs.mouth_bit) and wired,
-        insertion_current_a=-amperes if device.insertion.encoder.reversed else amperes,
-        monitor=_monitor(device, image.module, wired),
-    )
-
-
-def _position(
-    device: Device, axis: DriveAxis, image: AxisImage, now_s: float
-) -> tuple[float, bool]:
-    """Position in mm or rad, and True where an axis can be there: within twice its range.
-
-    A drive answers SYNC with where it is then, and that is read a period later: by its speed it
-    has gone on meanwhile, and as far again while a frame is missing.
-    """
-    found = units.position_of(axis, image.counts)
-    if now_s >= image.status_s > NEVER_S:
-        period_s = device.bus.period_s
-        age_s = period_s + min(now_s - image.status_s, period_s)
-        speed = image.velocity / axis.counts_per_unit
-        found += min(max(speed, -axis.most_per_s), axis.most_per_s) * age_s
-    span = axis.highest - axis.lowest
-    if not axis.lowest - span <= found <= axis.highest + span:
-        return min(max(found, -LARGEST), LARGEST), False
-    return found, True
-
-
-def _value(channel: Analogue, module: ModuleImage) -> tuple[float, bool]:
-    """Value of an analogue input, and True where it can be one; 0 where there is none."""
-    if channel.channel == 0:
-        return 0.0, False
-    counts = module.analogue[channel.channel - 1]
-    return units.value_of(channel, counts), counts not in _RAILS
-
-
-def _bit(word: int, bit: int) -> bool:
-    """A digital input; false where the machine does not have it."""
-    return bit >= 0 and bool(word >> bit & 1)
-
-
-def _monitor(device: Device, module: ModuleImage, wired: bool) -> Monitor:
-    inputs = device.module
-    connected = _bit(module.digital, inputs.monitor_bit) and wired
-    channels = (inputs.spo2, inputs.heart_rate, inputs.airway_pressure)
-    values = []
-    for channel, bit in zip(channels, inputs.validity_bits, strict=True):
-        value, valid = _value(channel, module)
-        values.append((value, valid and connected and _bit(module.digital, bit)))
-    (spo2, spo2_valid), (rate, rate_valid), (pressure, pressure_valid) = values
-    return Monitor(
-        connected=connected,
-        spo2_percent=spo2,
-        spo2_valid=spo2_valid,
-        heart_rate_per_min=rate,
-        heart_rate_valid=rate_valid,
-        airway_pressure_cmh2o=pressure,
-        airway_pressure_valid=pressure_valid,
     )

@@ -33,7 +33,7 @@ from opensuction.machine.canopen.power_state import (
     PowerControl,
     PowerState,
 )
-from opensuction.machine.canopen.process_image import INSERTION, MODULE, VALVE, ProcessImage
+from opensuction.machine.canopen.process_image import MODULE, ProcessImage
 
 HOLD_S: Final = 0.012
 """[design] So long a control word stands: two within a millisecond are one for many drives."""
@@ -41,8 +41,11 @@ LATE_PERIODS: Final = 2.5
 """A speed is read a period after it was measured, and a torque acts from the next SYNC on for a
 period. Measured: of 2, 2.5 and 3 the least tip error in nine of twelve cycles, see
 docs/evidence/2026-11-29-drives-on-a-bus.md."""
-AVERAGED_S: Final = 0.004
-"""[design] Time over which acceleration is averaged."""
+AVERAGED_S: Final = 0.006
+"""Time over which acceleration beyond what was asked for is averaged. Measured: of 4, 6, 8 and 12
+ms the least in which the steps of the encoder, which the torque carries, have no sound machine
+taken for one whose head does not go as its motor does; with more the head follows less well. See
+docs/evidence/2026-11-29-drives-on-a-bus.md."""
 STRAY_SHARE: Final = 0.005
 """[design] Share of its range by which an axis may stand beyond it."""
 SYNC: Final = CanFrame(SYNC_ID, b"")
@@ -63,8 +66,10 @@ class AxisControl(NamedTuple):
     """Way from the one before to it."""
     speed: float = math.nan
     """Speed that was read last, mm/s or rad/s; NaN: none."""
-    per_s2: float = 0.0
-    """Acceleration, by the speeds that were read."""
+    asked_per_s: tuple[float, ...] = ()
+    """Speeds that were asked for, the newest first, as long as a speed is late."""
+    beyond_per_s2: float = 0.0
+    """Acceleration that was read beyond the one that was asked for, averaged."""
 
 
 AT_START: Final = AxisControl(power_state.AT_START, math.nan)
@@ -106,7 +111,7 @@ def set_points(
     volts = (commands.insertion_v, commands.valve_v)
     frames: list[CanFrame] = []
     after = list(axes)
-    for place, axis in ((INSERTION, device.insertion), (VALVE, device.valve)):
+    for place, axis in enumerate(device.axes):
         obeys = process_image.is_obeying(device, image, place, now_s)
         if place in barred or not obeys or process_image.has_missed_host(image, place):
             after[place] = AT_START
@@ -127,8 +132,7 @@ def set_points(
         data = AXIS_TARGET.pack(word, counts)
         frames.append(CanFrame(rpdo_id(axis.node, 1), data))
         if axis.mode == AxisMode.TORQUE:
-            late_s = axis.motor.speed_lag_s + LATE_PERIODS * device.bus.period_s
-            speed = control.speed + late_s * control.per_s2
+            speed = _speed_now(axis, control, device.bus.period_s)
             here = units.position_of(axis, image.axes[place].counts)
             ratio = torque(axis, here, speed, volts[place])
             frames.append(CanFrame(rpdo_id(axis.node, 2), AXIS_TORQUE.pack(ratio)))
@@ -160,27 +164,57 @@ def _step_axis(
     )
     here = units.position_of(axis, image.axes[place].counts)
     period_s = device.bus.period_s
-    speed, per_s2 = _accelerate(
-        control, image.axes[place].velocity / axis.counts_per_unit, period_s
-    )
+    speed = image.axes[place].velocity / axis.counts_per_unit
+    # A command that is bound to where the axis was read asks for no speed of its own.
+    is_bound = not wanted or position == read or math.isnan(control.asked)
+    asked_per_s = speed if is_bound else (position - control.asked) / period_s
+    control = _note_speeds(axis, control, speed, asked_per_s, period_s)
     follows = state == PowerState.OPERATION_ENABLED and power.word == ENABLE_OPERATION
     if is_homing or not follows or math.isnan(control.target):
-        return AxisControl(power, here, here, speed=speed, per_s2=per_s2)
+        return control._replace(power=power, target=here, asked=here, moved=0.0)
     step = axis.most_per_s * period_s
     moved = 0.0 if math.isnan(control.asked) else position - control.asked
     # A command that is bound to where the axis was read has the speed of its encoder's steps.
     target = position if position == read else position + _lead(moved, control.moved)
     target = min(max(target, control.target - step), control.target + step)
     target = min(max(target, axis.lowest), axis.highest)
-    return AxisControl(power, target, position, moved, speed, per_s2)
+    return control._replace(power=power, target=target, asked=position, moved=moved)
 
 
-def _accelerate(control: AxisControl, speed: float, period_s: float) -> tuple[float, float]:
-    """Speed and acceleration of an axis, by the speed that was read now."""
-    if math.isnan(control.speed):
-        return speed, 0.0
-    gained = (speed - control.speed) / period_s - control.per_s2
-    return speed, control.per_s2 + gained * min(period_s / AVERAGED_S, 1.0)
+def _late_s(axis: DriveAxis, period_s: float) -> float:
+    """From the time of a speed that is read to that at which the torque by it acts."""
+    return axis.motor.speed_lag_s + LATE_PERIODS * period_s
+
+
+def _note_speeds(
+    axis: DriveAxis, control: AxisControl, speed: float, asked_per_s: float, period_s: float
+) -> AxisControl:
+    """The memory with the speeds that were read, and asked for, now."""
+    kept = math.ceil(_late_s(axis, period_s) / period_s) + 1
+    asked = (asked_per_s, *control.asked_per_s)[:kept]
+    read_at = round(axis.motor.speed_lag_s / period_s) + 1
+    gained = 0.0 if math.isnan(control.speed) else speed - control.speed
+    if read_at + 1 < len(asked):
+        gained -= asked[read_at] - asked[read_at + 1]
+    beyond = gained / period_s - control.beyond_per_s2
+    return control._replace(
+        speed=speed,
+        asked_per_s=asked,
+        beyond_per_s2=control.beyond_per_s2 + beyond * min(period_s / AVERAGED_S, 1.0),
+    )
+
+
+def _speed_now(axis: DriveAxis, control: AxisControl, period_s: float) -> float:
+    """Speed at which a torque that is sent now finds the axis.
+
+    Since its speed was read it has gained what was asked for since, and what it gained beyond that
+    it goes on gaining.
+    """
+    late_s, asked = _late_s(axis, period_s), control.asked_per_s
+    place, share = divmod(late_s / period_s, 1.0)
+    then, before = (asked[min(int(place) + k, len(asked) - 1)] for k in (0, 1))
+    gained = asked[0] - (then + share * (before - then))
+    return control.speed + gained + late_s * control.beyond_per_s2
 
 
 def torque(axis: DriveAxis, here: float, speed: float, volts: float) -> int:
