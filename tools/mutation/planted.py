@@ -96,8 +96,8 @@ FAULTS = (
     Fault(
         "the page never says that the connection is lost",
         "console/page/js/live.js",
-        "this.link = this.judge(silent_ms);",
-        "this.link = this.judge(0);",
+        "const link = this.judge(silent_ms);",
+        "const link = this.judge(0);",
         f"{BROWSER}/test_alarm_bar.py::test_a_lost_connection_is_shown_within_two_seconds",
     ),
     Fault(
