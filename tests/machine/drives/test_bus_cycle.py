@@ -19,8 +19,8 @@ from tests.runtime.stepped_room import SteppedRoom
 
 AFTER_S = 0.5
 BY_TORQUE = 1.35
-"""The same where our own servo sets the drive's torque, of any machine; 1.31 is the worst of
-twelve cycles on the bench, of seed 3, whose motor is at its limit as it takes off."""
+"""The same where our own servo sets the drive's torque, of any machine here; 1.34 is the worst, of
+seed 3, whose motor is at its limit as it takes off."""
 MORE = 1.1
 """Tip error over that of the twin in the same process: asked."""
 TABLE_I = CycleChoice()
