@@ -42,9 +42,9 @@ LATE_PERIODS: Final = 2.5
 period. Measured: of 2, 2.5 and 3 the least tip error in nine of twelve cycles, see
 docs/evidence/2026-11-29-drives-on-a-bus.md."""
 AVERAGED_S: Final = 0.006
-"""Time over which acceleration beyond what was asked for is averaged. Measured: of 4, 6, 8 and 12
-ms the least in which the steps of the encoder, which the torque carries, have no sound machine
-taken for one whose head does not go as its motor does; with more the head follows less well. See
+"""Time over which acceleration beyond what was asked for is averaged. With less the torque carries
+more of the encoder's steps, with more the head follows less well. Measured: of 4, 6, 8 and 12 ms,
+before the torque that is read was averaged, the least that had no sound machine broken off. See
 docs/evidence/2026-11-29-drives-on-a-bus.md."""
 STRAY_SHARE: Final = 0.005
 """[design] Share of its range by which an axis may stand beyond it."""
