@@ -1,5 +1,6 @@
 """Frames between processes of one computer, and over python-can."""
 
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +21,7 @@ from opensuction.machine.canopen.frame_bus import (
     PythonCanBus,
     open_bus,
 )
+from tests.machine.canopen.stepped_bus import SteppedClock, stepped_host
 
 UNIX = Bus(frame_bus.UNIX, "bus", 0, 0.004)
 FRAMES = st.lists(st.builds(CanFrame, st.integers(0, 0x7FF), st.binary(max_size=8)))
@@ -62,6 +64,37 @@ def test_a_participant_sees_every_other_ones_frames_in_their_order(folder: Path)
     for one in (host, drives, third, other):
         one.close()
     assert not list(folder.iterdir())
+
+
+def test_to_look_for_others_puts_no_names_into_the_interpreters_table(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the table is made anew, which comes once in minutes, a tick took 8 to 28 ms."""
+    clock = SteppedClock()
+    host, drives = (
+        DatagramBus(folder / "bus", name, stepped_host(clock)) for name in ("host", "drives")
+    )
+    host.send([])
+    names: list[str] = []
+
+    def intern(name: str) -> str:
+        names.append(name)
+        return name
+
+    monkeypatch.setattr(sys, "intern", intern)
+    for number in range(100):
+        clock.now_ns += frame_bus.LOOK_NS
+        host.send([CanFrame(number, b"")])
+        assert list(drives.receive()) == [CanFrame(number, b"")]
+    assert not names
+    third = DatagramBus(folder / "bus", "third", stepped_host(clock))
+    names.clear()
+    clock.now_ns += frame_bus.LOOK_NS
+    host.send([CanFrame(1, b"")])
+    assert list(third.receive()) == [CanFrame(1, b"")]
+    assert names  # it would have been seen
+    for one in (host, drives, third):
+        one.close()
 
 
 def test_who_has_left_or_takes_nothing_holds_nobody_up(folder: Path) -> None:

@@ -92,13 +92,20 @@ def test_ten_minutes_over_a_bus_keep_the_figures(tmp_path: Path, hertz: int) -> 
     run = timing_run.run(tmp_path, 600.0, 1000 * MS // hertz, on_bus=True)
     figures = timing_figures.find(run)
     FOLDER.mkdir(parents=True, exist_ok=True)
-    told = {**timing_figures.to_json(figures), "bus": run.bus}
+    stood_s = np.concatenate([one[:, 1] - one[:, 0] for one in run.stood_s])
+    told = {
+        **timing_figures.to_json(figures),
+        "bus": run.bus,
+        "stood_ms": timing_figures.round_(1e3 * float(stood_s.max(initial=0.0))),
+        "most_in_a_row": int(run.ticks["loop.skipped"].max()),
+    }
     path = FOLDER / f"bus-{hertz}-hz.json"
     path.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
     assert_accounts(run, 1.0 / hertz)
     assert figures.cycles_done > 0
     assert_harmless(figures)
     assert figures.loop.percent <= BUS_PERCENT[hertz]
-    assert run.ticks["loop.skipped"].max() < 2  # never two in a row
+    # Never two in a row, but where the computer kept a core from everybody for as long.
+    assert timing_figures.unexplained(run) == []
     assert figures.tripped == ()
     assert figures.alone_s == 0.0

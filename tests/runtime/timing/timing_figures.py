@@ -96,6 +96,27 @@ def missed(ticks: int, skipped: int) -> Missed:
     return Missed(ticks, skipped, 100.0 * skipped / (ticks + skipped))
 
 
+def unexplained(run: TimingRun) -> list[float]:
+    """Instants before which two or more periods were missed in a row, but for the computer's own.
+
+    The computer explains them where it kept a core from everybody for all but one of them.
+    """
+    ticks, found = run.ticks, []
+    for at in np.flatnonzero(ticks["loop.skipped"] > 1):
+        missed_s = ticks["loop.skipped"][at] * ticks["inputs.dt_s"][at]
+        ends_s = ticks["loop.time_s"][at] + ticks["loop.late_s"][at]
+        least_s = missed_s - ticks["inputs.dt_s"][at]
+        kept_s = [
+            (np.minimum(one[:, 1], ends_s) - np.maximum(one[:, 0], ends_s - 2.0 * missed_s))
+            .clip(0.0)
+            .sum()
+            for one in run.stood_s
+        ]
+        if max(kept_s, default=0.0) < least_s:
+            found.append(float(ends_s))
+    return found
+
+
 def _starts(holds: Array) -> int:
     """How often something begins to hold."""
     return int(np.count_nonzero(np.diff(holds.astype(np.int8), prepend=0) > 0))

@@ -9,6 +9,7 @@ of the twin's process, nothing that keeps the machine busy, and an observer of t
 
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -49,6 +50,8 @@ REST_S = 2.0
 """Between two passes, instead of the three minutes that a patient has: cycles are what is timed."""
 LOOK_S = 0.1
 """How often the rings are read: long before they come round."""
+CORE_NS = 500_000
+"""How often each core is looked at, where the computer's own standstills are asked."""
 SAMPLE_S = 1.0
 """And how often the memory and the machine's load are."""
 BUTTONS = ("reset", "assessed", "oxygen_skipped", "start")
@@ -94,6 +97,9 @@ class TimingRun(NamedTuple):
     """Of the processors' time what their host gave to others."""
     bus: dict[str, Any] | None = None
     """As `bus_observer` says; None without a bus."""
+    stood_s: tuple[Array, ...] = ()
+    """Begins and ends of the times in which each core was kept from everybody, shape (times, 2);
+    none where that was not looked at."""
 
 
 class Follower:
@@ -214,7 +220,12 @@ def run(out: Path, seconds: float, period_ns: int, on_bus: bool = False) -> Timi
             made = _machine(folder, out, loop, state, period_ns, on_bus)
             control = stack.enter_context(made)
             heard, observer = folder / "observed.json", None
+            cores: list[tuple[Path, subprocess.Popen[bytes]]] = []
             if on_bus:
+                for core in sorted(os.sched_getaffinity(0)):
+                    told = folder / f"core-{core}.json"
+                    command = [sys.executable, str(BARE), str(told), str(CORE_NS), str(core)]
+                    cores.append((told, stack.enter_context(_process(command))))
                 command = [sys.executable, str(OBSERVER), str(folder), str(heard)]
                 observer = stack.enter_context(_process(command))
             else:
@@ -224,16 +235,23 @@ def run(out: Path, seconds: float, period_ns: int, on_bus: bool = False) -> Timi
             bare = stack.enter_context(_process(command))
             person = stack.enter_context(closing(Person(folder)))
             found = _watch(folder, loop, seconds, control, person)
-            bare.terminate()
-            bare.wait(10.0)
-            found = found._replace(bare=json.loads(told.read_text(encoding="utf-8")))
+            found = found._replace(bare=_end(bare, told))
             if observer is not None:
-                observer.terminate()
-                observer.wait(10.0)
-                found = found._replace(bus=json.loads(heard.read_text(encoding="utf-8")))
-            return found
+                found = found._replace(bus=_end(observer, heard))
+            stood_ns = [_end(core, path)["stood_ns"] for path, core in cores]
+            return found._replace(
+                stood_s=tuple(np.reshape(one, (-1, 2)) / NS_PER_S for one in stood_ns)
+            )
     finally:
         shutil.rmtree(folder)
+
+
+def _end(process: subprocess.Popen[bytes], told: Path) -> dict[str, Any]:
+    """Tell a process to end; what it has written then."""
+    process.terminate()
+    process.wait(10.0)
+    found: dict[str, Any] = json.loads(told.read_text(encoding="utf-8"))
+    return found
 
 
 def _watch(folder: Path, loop: Loop, seconds: float, control: int, person: Person) -> TimingRun:

@@ -5,9 +5,9 @@ that finds no room is lost, as on a wire that is cut. What is lost is noticed by
 """
 
 import contextlib
+import os
 import struct
 from collections.abc import Iterable, Sequence
-from glob import escape
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -47,6 +47,8 @@ _HEAD: Final = struct.Struct("<HB")
 LARGEST: Final = 1 << 12
 """Bytes of a datagram: more frames than a cycle has."""
 _MOST_FRAMES: Final = LARGEST // (_HEAD.size + 8)
+SIGN: Final = ".on-bus"
+"""End of the name of the file that a participant is known by."""
 LOOK_NS: Final = NS_PER_S // 20
 """How often new participants are looked for where the folder seems unchanged: the time of its last
 change is coarse."""
@@ -90,13 +92,15 @@ class DatagramBus:
         # The socket is no file where the computer is simulated.
         private_file.write(self._sign(name), "")
         self._others: list[Path] = []
+        self._signs: list[str] = []
+        """Names of the files by which the others are known."""
         self._changed_ns, self._looks_ns = -1, 0
 
     def _address(self, name: str) -> Path:
         return self._folder / f"{self._bus}.{name}.can"
 
     def _sign(self, name: str) -> Path:
-        return self._folder / f"{self._bus}.{name}.on-bus"
+        return self._folder / f"{self._bus}.{name}{SIGN}"
 
     def send(self, frames: Sequence[CanFrame]) -> None:
         """See `FrameBus.send`."""
@@ -128,12 +132,26 @@ class DatagramBus:
         if changed_ns == self._changed_ns and now_ns < self._looks_ns:
             return
         self._changed_ns, self._looks_ns = changed_ns, now_ns + LOOK_NS
-        own, before = self._sign(self._name), f"{self._bus}."
-        self._others = [
-            one.with_suffix(".can")
-            for one in sorted(self._folder.glob(f"{escape(before)}*.on-bus"))
-            if one != own and "." not in one.stem.removeprefix(before)
-        ]
+        # No path is made of what is found each time: its parts enter the interpreter's table of
+        # names, and where that is made anew, every some minutes, a tick takes 8 to 28 ms.
+        signs = sorted(one for one in self._names() if one.endswith(SIGN))
+        if signs != self._signs:
+            self._signs = signs
+            self._others = [self._address(name) for name in map(self._name_of, signs) if name]
+
+    def _name_of(self, sign: str) -> str:
+        """Name of another participant of this bus, by its file; empty where it is none."""
+        begins = f"{self._bus}."
+        name = sign.removeprefix(begins).removesuffix(SIGN)
+        is_other = sign.startswith(begins) and "." not in name and name != self._name
+        return name if is_other else ""
+
+    def _names(self) -> list[str]:
+        """Names in the folder; none where it has been removed."""
+        try:
+            return os.listdir(self._folder)  # noqa: PTH208 - iterdir makes paths
+        except OSError:
+            return []
 
 
 _MOST_REFUSED: Final = 16
