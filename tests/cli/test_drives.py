@@ -12,11 +12,13 @@ import pytest
 from opensuction.cli.command.drives import DrivesOptions, drives
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.vocabulary import Phase
 from opensuction.machine.canopen import device_file
 from opensuction.machine.canopen.frame_bus import open_bus
 from opensuction.machine.canopen.objects import Communication
 from opensuction.machine.canopen.stepped_network import SteppedNetwork
-from opensuction.runtime import control_process, machine_folder
+from opensuction.runtime import controller_memory, machine_folder, nonvolatile_memory
+from opensuction.session.running import machine
 from tests.cli.command import begun, opensuction, wait_for
 
 pytestmark = pytest.mark.real_time
@@ -73,8 +75,9 @@ def test_any_master_finds_them(drives_file: Path, tmp_path: Path) -> None:
 
 @pytest.mark.sweep
 def test_a_cycle_is_run_over_the_bus_recorded_and_replayed(
-    drives_file: Path, tmp_path: Path
+    drives_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     name = own_name()
     ran = opensuction(
         *("run", *NEONATE, "--device", str(drives_file), "--name", name, "--json"),
@@ -92,6 +95,12 @@ def test_a_cycle_is_run_over_the_bus_recorded_and_replayed(
     replayed = opensuction("replay", str(recording), "--json", cwd=tmp_path)
     assert json.loads(replayed.stdout)["identical"] is True
     folder = machine_folder.find(name)
-    assert control_process.read_before(folder) is not None  # for the next controller
+    kept = controller_memory.read_before(folder)
+    assert kept is not None  # for the next controller
+    on_disk = nonvolatile_memory.recall(machine.memory_of(name), time.time_ns(), 0.0)
+    assert on_disk is not None  # and for one after a loss of power
+    assert on_disk.kept.episode.passes == kept.kept.episode.passes == 1
+    assert on_disk.kept.episode.rest_left_s >= kept.kept.episode.rest_left_s > 0.0
+    assert on_disk.phase == kept.phase == Phase.PARKED
     machine_folder.clear(folder)
     folder.rmdir()

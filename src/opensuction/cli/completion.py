@@ -85,6 +85,7 @@ LIFE_FAULTS = (
     "disk-failing",
     "disk-slow",
     "database",
+    "power",
     "stop",
     "impatient",
 )

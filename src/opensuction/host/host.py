@@ -158,6 +158,12 @@ class Files(Protocol):
     def create(self, path: Path) -> File:
         """A new file of this user alone. Raises OSError, FileExistsError where there is one."""
 
+    def write(self, path: Path, content: str) -> None:
+        """Write a file of this user alone, and wait until the disk has it.
+
+        After a loss of power it is as it was before, or holds all of the content. Raises OSError.
+        """
+
     def sync(self, path: Path) -> None:
         """Wait until the disk has a file as it is now, and its name.
 

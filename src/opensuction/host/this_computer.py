@@ -171,6 +171,10 @@ class _Files:
     def create(self, path: Path) -> File:
         return FileIO(path, "xb", opener=private_file.opener)
 
+    def write(self, path: Path, content: str) -> None:
+        private_file.write(path, content, syncs=True)
+        self.sync(path)
+
     def sync(self, path: Path) -> None:
         for one in (path, path.parent):
             handle = os.open(one, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)

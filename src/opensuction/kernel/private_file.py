@@ -50,12 +50,18 @@ def create(path: Path) -> BinaryIO:
     return open(path, "x+b", opener=opener)
 
 
-def write(path: Path, content: str | bytes) -> None:
-    """Write a file whole or not at all; text as UTF-8. Raises OSError."""
+def write(path: Path, content: str | bytes, *, syncs: bool = False) -> None:
+    """Write a file whole or not at all; text as UTF-8. Raises OSError.
+
+    syncs: the disk has the content before the file takes the place of the one before.
+    """
     new = path.with_name(f"{path.name}.{os.getpid()}.new")
     try:
         with create(new) as file:
             file.write(content.encode() if isinstance(content, str) else content)
+            if syncs:
+                file.flush()
+                os.fsync(file.fileno())
         new.replace(path)
     except BaseException:
         with suppress(OSError):

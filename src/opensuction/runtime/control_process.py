@@ -7,14 +7,12 @@ how often the patient was suctioned and how old the catheter is. Where the cathe
 sensors tell; if it is in, it comes out first, and the machine waits for a person.
 """
 
-import json
 import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,19 +23,19 @@ from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.host import this_computer
 from opensuction.host.host import NS_PER_S, Allowed, Clock, Host, Steps, after
-from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler, Pacing
 from opensuction.ipc.liveness import Heartbeat, Process, ProcessLock
 from opensuction.ipc.mailbox import Mailbox
-from opensuction.ipc.ring import EventReader, EventWriter, RingReader, RingWriter
-from opensuction.kernel import private_file
+from opensuction.ipc.ring import EventWriter, RingWriter
 from opensuction.kernel.codegen import plain_row, row
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import Readings
 from opensuction.kernel.record import Array
 from opensuction.machine import port as ports
 from opensuction.machine.port import DESCRIPTION, WORDS, Capabilities, Port, describe
-from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S, Interlocks
+from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
+from opensuction.runtime import controller_memory
+from opensuction.runtime.controller_memory import Before
 from opensuction.runtime.loop import (
     ROW_COLUMNS,
     SET,
@@ -49,7 +47,6 @@ from opensuction.runtime.machine_folder import (
     ABOUT,
     ASK,
     BASIS,
-    BEFORE,
     CONFIGURATION,
     CONTROLS,
     EVENTS,
@@ -65,90 +62,12 @@ PERIOD_NS = 1_000_000
 MACHINES_OWN = 0
 """In place of a period: the one that the machine has."""
 READINGS = row.columns(Readings)
-ENDED = "ended"
 AT_ONCE = 2
 """Told so often to end it ends, wherever the catheter is: the drives bring it out."""
 LOOKS_S = 0.001
 """How often the machine's first readings are looked for."""
 RUN_BYTES = 4
 """Of chance in the name of a run: two of one second have different ones."""
-STATE_PLACES = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
-
-
-class Before(NamedTuple):
-    """State left behind by the controller that ran here before."""
-
-    kept: Interlocks
-    off_s: float
-    """How long none has run."""
-    died: bool
-    """It did not end as it should."""
-    phase: int
-    """What it was doing."""
-
-
-def read_before(folder: Path, clock: Clock = THIS_COMPUTER.clock) -> Before | None:
-    """State left by the last controller in this folder; None of none, or of another version.
-
-    It lies in its ring, or, where its machine is gone with all else, in what was handed on.
-    """
-    return _read_ring(folder, clock) or _read_handed_on(folder, clock)
-
-
-def _now_s(clock: Clock) -> float:
-    """Monotonic time."""
-    return clock.monotonic_ns() / NS_PER_S
-
-
-def hand_on(folder: Path, before: Before, clock: Clock = THIS_COMPUTER.clock) -> None:
-    """Write down for the next controller what it must not forget, where its ring goes."""
-    told = {
-        "kept": plain_row.pack(Interlocks, before.kept).tolist(),
-        "ended_s": _now_s(clock) - before.off_s,
-        "phase": int(before.phase),
-        "died": before.died,
-    }
-    private_file.write(folder / BEFORE, json.dumps(told))
-
-
-def _read_handed_on(folder: Path, clock: Clock) -> Before | None:
-    try:
-        told = json.loads((folder / BEFORE).read_text(encoding="ascii"))
-        kept = plain_row.unpack(Interlocks, np.array(told["kept"], np.float64))
-        off_s = max(_now_s(clock) - told["ended_s"], 0.0)
-        return Before(kept, off_s, told.get("died", True), told["phase"])
-    except (OSError, ValueError, KeyError, TypeError, IndexError):
-        return None
-
-
-def _read_ring(folder: Path, clock: Clock) -> Before | None:
-    try:
-        reader = RingReader(folder / RING)
-        off_s = max(clock.wall_ns() / NS_PER_S - (folder / RING).stat().st_mtime, 0.0)
-    except (InputError, OSError):
-        return None
-    if reader.facts.columns != ROW_COLUMNS:
-        return None
-    left = reader.drain().rows
-    if not len(left):
-        return None
-    state = plain_row.unpack(State, np.ascontiguousarray(left[-1, STATE_PLACES]))
-    since_s = _now_s(clock) - float(left[-1, 0])
-    return Before(
-        kept=state.core.upkeep,
-        off_s=since_s if since_s >= 0.0 else off_s,
-        died=_has_died(folder),
-        phase=state.core.procedure.phase,
-    )
-
-
-def _has_died(folder: Path) -> bool:
-    """True where the last controller did not say that it ended."""
-    try:
-        told = EventReader(folder / EVENTS).read()[0]
-    except InputError:
-        return True
-    return not told or told[-1].fields["kind"] != ENDED
 
 
 def _first_readings(port: Port, clock: Clock) -> Steps[Readings]:
@@ -272,7 +191,7 @@ def steps(
     clock = host.clock
     with ProcessLock(folder / CONTROLS, "a controller runs", host):
         chosen = _read_configuration(folder)
-        before = read_before(folder, clock)
+        before = controller_memory.read_before(folder, clock)
         port = attach(folder, host)
         period_ns = period_ns or round(port.facts.period_s * NS_PER_S)
         state = yield from begin(chosen, port, before, clock)
@@ -305,7 +224,7 @@ def steps(
                 pacing = pace(period_ns, clock.monotonic_ns())
                 tell(loop, pacing)
                 yield from _tick(loop, pacing, host)
-            events.write(ENDED, loop.tick)
+            events.write(controller_memory.ENDED, loop.tick)
         heartbeat.end(Process.CONTROL)
         port.close()
 

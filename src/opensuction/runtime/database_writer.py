@@ -110,6 +110,10 @@ class DatabaseWriter:
             self._hand(partial(_sync, name=name, notes=notes, files=self._host.files))
             self._hand(partial(_bind, name=name, notes=notes, machine=machine))
 
+    def sync(self, path: Path) -> None:
+        """Have the disk keep a file as it is now, beside what is stored."""
+        self._hand(lambda _: _sync_file(path, self._host.files))
+
     @property
     def is_idle(self) -> bool:
         """True once everything that was handed over is stored."""
@@ -298,15 +302,18 @@ class NotSyncedError(Exception):
 
 def _sync(_: Records, name: str, notes: Flushed, files: Files) -> None:
     note = notes.left().get(name)
-    if note is None:
-        return
+    if note is not None:
+        _sync_file(Path(note.folder) / name, files)
+
+
+def _sync_file(path: Path, files: Files) -> None:
     try:
-        files.sync(Path(note.folder) / name)
+        files.sync(path)
     except FileNotFoundError:
         return  # an audit tells
     except OSError as error:
         problem = error.strerror or str(error)
-        raise NotSyncedError(f"the disk may not have {name}: {problem}") from None
+        raise NotSyncedError(f"the disk may not have {path.name}: {problem}") from None
 
 
 def _bind(records: Records, name: str, notes: Flushed, machine: Machine) -> None:

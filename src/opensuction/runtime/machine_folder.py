@@ -47,7 +47,7 @@ CONSOLE_ENDS_S = 10.0
 CONSOLE = "console.json"
 """What the console is set to, where there is one."""
 BEFORE = "before.json"
-"""What a controller is to remember of one whose machine is gone (`control_process.hand_on`)."""
+"""What a controller is to remember of one whose machine is gone (`controller_memory.hand_on`)."""
 MARK = "recorder.mark"
 """How far everything is kept."""
 FLUSHED = "recorder.flushed"
@@ -148,6 +148,8 @@ class About(NamedTuple):
     """Where it is put on record; None: nowhere."""
     heading: dict[str, str]
     """What else recordings say, by name: seed, notice."""
+    memory: str | None = None
+    """File of its `nonvolatile_memory`; None: none, for its patient goes with the computer."""
 
 
 def write(folder: Path, about: About, name: str = ABOUT) -> None:

@@ -123,6 +123,11 @@ class Recorder:
             return self._number - sum(map(len, self._before))
         return self._offset + max(self._writer.written_rows - self._start_rows, 0)
 
+    @property
+    def is_recording(self) -> bool:
+        """True while a recording goes on."""
+        return self._writer is not None
+
     def take(self, found: Read, happened: Sequence[ProcessEvent]) -> None:
         """Take the rows that the ring has given, and the events until then.
 

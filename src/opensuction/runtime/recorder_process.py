@@ -50,6 +50,7 @@ from opensuction.runtime.machine_folder import (
     RING_BEFORE,
     WATCH_EVENTS,
 )
+from opensuction.runtime.nonvolatile_memory import NonvolatileMemory
 from opensuction.runtime.recorder import Recorder
 from opensuction.runtime.recorder_source import Source
 
@@ -57,6 +58,8 @@ EVERY_S = 0.02
 """How often it looks: well before the ring of 10 s comes round."""
 REFUSED_S = 0.1
 """How often where the disk refuses: all rows that it has not taken are read again each time."""
+SYNCS_S = 1.0
+"""How often the disk is waited for while a recording goes on."""
 QUIET_S = 0.5
 """Without rows for longer than this the controller may be another one by now."""
 ROOM_S = 6.0
@@ -80,7 +83,7 @@ class ControllerSession:
     def __init__(
         self, folder: Path, out: Path, source: Source, keeping: Keeping, host: Host
     ) -> None:
-        self._folder, self._source = folder, source
+        self._folder, self._source, self._clock, self._syncs_ns = folder, source, host.clock, 0
         self._writer, mark, self._flushed = keeping
         self._mark, writer = mark, self._writer
         run = source.run.name
@@ -102,6 +105,8 @@ class ControllerSession:
             lambda name: recorder.is_after(name, run, last),
             None if unseen is None else (unseen, self._context),
         )
+        memory = self._about.memory
+        self._memory = NonvolatileMemory(None if memory is None else Path(memory), host)
         self._followed = self._place.row
         self._unrecorded = 0
         """Rows that were followed and that the disk never took; nothing on record tells of them."""
@@ -109,7 +114,7 @@ class ControllerSession:
     @property
     def lost(self) -> str:
         """Reason why something is not kept; empty where all is."""
-        return self._recorder.lost or self._writer.lost
+        return self._recorder.lost or self._writer.lost or self._memory.lost
 
     @property
     def is_refused(self) -> bool:
@@ -120,6 +125,7 @@ class ControllerSession:
         """Heading of the recordings of this controller."""
         text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
         chosen = configuration.from_json(text)
+        self._rule = chosen.settings.service.passes
         self._about, self._about_of = (
             machine_folder.read(self._folder),
             machine_folder.identity(self._folder),
@@ -144,7 +150,10 @@ class ControllerSession:
     def take(self, found: Read, happened: list[ProcessEvent]) -> None:
         """Record the rows and events that the controller has published."""
         self._ask_whose()
+        if len(found.rows):
+            self._memory.take(found.rows[-1], self._rule)
         self._recorder.take(found, happened)
+        self._sync()
         kept = self._recorder.kept
         last = found.first + len(found.rows) - 1
         if self._recorder.lost:
@@ -167,6 +176,15 @@ class ControllerSession:
         # Until then another recorder goes on with the controller before, or tells what is missing.
         if self._writer.has_caught_up and not self._unrecorded:
             self._mark.set(self._source.run.name, self._place)
+
+    def _sync(self) -> None:
+        """Have the disk keep what was recorded, now and then: a loss of power takes the rest."""
+        now_ns = self._clock.monotonic_ns()
+        is_due = self._recorder.is_recording and now_ns >= self._syncs_ns
+        if is_due and self._writer.is_idle:
+            self._syncs_ns = now_ns + round(SYNCS_S * NS_PER_S)
+            assert self._recorder.path is not None
+            self._writer.sync(self._recorder.path)
 
     def _tell_unrecorded(self) -> None:
         """Put on record how many rows the disk never took."""

@@ -21,7 +21,7 @@ from opensuction.machine.twin.twin_process import Listener
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.records.records import Records
 from opensuction.records.trail.chain import Trail
-from opensuction.runtime import control_process, loop, supervisor
+from opensuction.runtime import control_process, controller_memory, loop, supervisor
 from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import Journal
@@ -267,17 +267,17 @@ def _remember_no_key(patch: Patch) -> None:
 
 
 def _forget_the_state(patch: Patch) -> None:
-    patch.setattr(control_process, "read_before", _nothing)
+    patch.setattr(controller_memory, "read_before", _nothing)
 
 
 def _forget_the_phase(patch: Patch) -> None:
-    read = control_process.read_before
+    read = controller_memory.read_before
 
     def read_parked(*args: Any) -> Any:
         before = read(*args)
         return None if before is None else before._replace(phase=0)
 
-    patch.setattr(control_process, "read_before", read_parked)
+    patch.setattr(controller_memory, "read_before", read_parked)
 
 
 def _go_on_behind(patch: Patch) -> None:

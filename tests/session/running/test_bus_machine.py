@@ -4,15 +4,19 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import Phase
 from opensuction.machine import port
 from opensuction.machine.canopen import device_file
 from opensuction.machine.drives import drives_process
 from opensuction.machine.twin import twin_machine
-from opensuction.runtime import control_process, machine_folder
+from opensuction.runtime import controller_memory, machine_folder
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.nonvolatile_memory import NonvolatileMemory
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
@@ -57,6 +61,12 @@ def emulated(tmp_path: Path, prepared: Prepared) -> BusMachine:
     """A machine with a twin behind its nodes."""
     drives_process.prepare(tmp_path, prepared.loop, prepared.start, seed=1)
     return bus_machine.load(device(tmp_path))
+
+
+@pytest.fixture(autouse=True)
+def _own_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a machine must not forget lies in the user's data folder."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
 
 
 @pytest.fixture
@@ -184,14 +194,69 @@ def test_the_next_controller_keeps_what_the_last_one_knew(
     running.end()
     for _ in range(2):  # whoever begins, and begins again
         running = machine.begin(NAME, prepared, None, anew=False, bus=emulated)
-        before = control_process.read_before(folder)
+        before = controller_memory.read_before(folder)
         assert before is not None
         assert before.phase == Phase.ABORTING
         assert before.kept.episode.rest_left_s == pytest.approx(REST_S)
         assert running.lost is None
         assert port.kind_of(folder) == port.CANOPEN
     machine.begin(NAME, prepared, None, anew=True, bus=emulated)
-    assert control_process.read_before(folder) is None
+    assert controller_memory.read_before(folder) is None
+
+
+def switch_off(folder: Path) -> None:
+    """The computer was off: what lay in its memory is gone."""
+    machine_folder.clear(folder)
+
+
+def test_a_controller_keeps_what_was_known_before_the_computer_was_off(
+    emulated: BusMachine, prepared: Prepared, folder: Path
+) -> None:
+    running = machine.begin(NAME, prepared, None, anew=False, bus=emulated)
+    assert running.recalled is None
+    assert running.about.memory is not None
+    row = dict.fromkeys(ROW_COLUMNS, 0.0)
+    row["state.core.upkeep.episode.rest_left_s"] = REST_S
+    row["state.core.upkeep.episode.passes"] = 2.0
+    row["state.core.procedure.phase"] = float(Phase.SUCTIONING)
+    memory = NonvolatileMemory(Path(running.about.memory), THIS_COMPUTER)
+    memory.take(np.array(list(row.values())), prepared.loop.controller.service.passes)
+    switch_off(folder)
+    for is_first in (True, False):  # whoever begins, and begins again
+        running = machine.begin(NAME, prepared, None, anew=False, bus=emulated)
+        assert (running.recalled is not None) == is_first
+        before = controller_memory.read_before(folder)
+        assert before is not None
+        assert before.phase == Phase.SUCTIONING
+        assert before.kept.episode.passes == 2
+        assert before.kept.episode.rest_left_s == pytest.approx(REST_S)
+        assert before.off_s < 60.0
+    switch_off(folder)
+    machine.begin(NAME, prepared, None, anew=True, bus=emulated)
+    switch_off(folder)
+    assert machine.begin(NAME, prepared, None, anew=False, bus=emulated).recalled is None
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_memory_that_cannot_be_read_stops_a_start(
+    emulated: BusMachine, prepared: Prepared
+) -> None:
+    path = machine.memory_of(NAME)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("{", encoding="utf-8")
+    with pytest.raises(InputError, match="--anew"):
+        machine.begin(NAME, prepared, None, anew=False, bus=emulated)
+    assert path.exists()
+    machine.begin(NAME, prepared, None, anew=True, bus=emulated)
+    assert not path.exists()
+
+
+@pytest.mark.usefixtures("folder")
+def test_what_a_twin_was_given_goes_with_the_computer(
+    prepared: Prepared, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(twin_machine, "start", lambda *_: None)
+    assert machine.begin(NAME, prepared, None, anew=False).about.memory is None
 
 
 def test_a_patient_on_a_bus_is_another_one_than_a_twin(
@@ -201,10 +266,10 @@ def test_a_patient_on_a_bus_is_another_one_than_a_twin(
     machine.begin(NAME, prepared, None, anew=False)
     leave(folder, 60.0)
     machine.begin(NAME, prepared, None, anew=False, bus=emulated)
-    assert control_process.read_before(folder) is None
+    assert controller_memory.read_before(folder) is None
     leave(folder, 60.0)
     machine.begin(NAME, prepared, None, anew=False)
-    assert control_process.read_before(folder) is None
+    assert controller_memory.read_before(folder) is None
 
 
 def test_a_controller_that_still_runs_is_taken_up_with_the_same_device_file_alone(

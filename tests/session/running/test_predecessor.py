@@ -20,7 +20,7 @@ from opensuction.host.host import NS_PER_S
 from opensuction.ipc.ring import RingWriter
 from opensuction.kernel.vocabulary import Phase, name_of
 from opensuction.machine.twin import twin_machine
-from opensuction.runtime import control_process, machine_folder
+from opensuction.runtime import controller_memory, machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -79,7 +79,7 @@ def test_the_rest_is_kept_and_another_patient_is_told(
     assert ("last inside" in lost.succession) == is_inside
 
     # As the controller of the new machine begins, at home: it knows where the other one was.
-    before = control_process.read_before(folder)
+    before = controller_memory.read_before(folder)
     assert before is not None
     settings = prepared.loop.controller
     state = controller.restart(
@@ -109,7 +109,7 @@ def test_it_outlives_an_end_in_which_the_machine_does_not_answer(
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"kept": [1], "ended_s": 0, "phase": 0}'])
 def test_what_cannot_be_read_is_nothing(folder: Path, text: str) -> None:
     (folder / machine_folder.BEFORE).write_text(text)
-    assert control_process.read_before(folder) is None
+    assert controller_memory.read_before(folder) is None
     assert machine.find(folder) is None
 
 

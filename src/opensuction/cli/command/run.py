@@ -168,7 +168,7 @@ def _begin(
     progress: "ProgressTeller",
 ) -> "Running":
     """The machine, whose twin plays, or which is on a bus."""
-    from opensuction.runtime import machine_folder
+    from opensuction.runtime import machine_folder, nonvolatile_memory
     from opensuction.session.running import machine
 
     running = progress.wait(
@@ -179,6 +179,8 @@ def _begin(
         nodes = ", ".join(map(str, bus.device.nodes))
         kind = "emulated drives" if bus.device.in_silico else "real drives"
         progress.tell(f"Machine: {kind} of {options.bus_device}, nodes {nodes}")
+        if running.recalled is not None:
+            progress.tell(nonvolatile_memory.describe(running.recalled))
     elif running.twin is None:
         progress.tell("The twin of an earlier run still plays: it is taken up")
     elif running.lost is not None:

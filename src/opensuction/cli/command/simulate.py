@@ -218,6 +218,6 @@ Examples:
 
 \b
 Kinds of faults: kill, freeze, standstill, slow, wall-clock, mail, disk-full,
-disk-failing, disk-slow, database, stop, impatient.""",
+disk-failing, disk-slow, database, power, stop, impatient.""",
     ends="0 everything held in every life, 1 something did not, or process after process died",
 )

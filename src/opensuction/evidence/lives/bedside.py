@@ -8,15 +8,21 @@ from opensuction.host.host import Host, Steps, after
 from opensuction.ipc.mailbox import Sender
 from opensuction.ipc.ring import EventReader, FollowedRing
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.vocabulary import Phase
+from opensuction.kernel.interface import STOP
+from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
+from opensuction.procedure.cycle.interlocks import LIFE_S
 from opensuction.runtime import machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 
+NURSE, VISITOR = "nurse", "visitor"
+LOOK_S = 0.05
+"""How often people look at the machine."""
 PRESS_S = 0.06
 """Between two buttons of one person."""
 PATIENCE_S = 3.0
 """After it a person presses again what was not answered."""
 _PHASE, _TICK = (ROW_COLUMNS.index(name) for name in ("outputs.phase", "inputs.tick"))
+_AGE = ROW_COLUMNS.index("state.core.upkeep.catheter_age_s")
 _REST = ROW_COLUMNS.index("outputs.counters.rest_left_s")
 
 
@@ -27,6 +33,8 @@ class Situation(NamedTuple):
     tick: int
     is_rested: bool
     """The patient has rested since the last cycle."""
+    is_worn: bool
+    """The catheter has been used for its life, or nobody knows for how long."""
 
 
 class Display:
@@ -53,7 +61,9 @@ class Display:
         if newest is None:
             return None
         row = newest[1]
-        return Situation(Phase(int(row[_PHASE])), int(row[_TICK]), row[_REST] == 0.0)
+        return Situation(
+            Phase(int(row[_PHASE])), int(row[_TICK]), row[_REST] == 0.0, not row[_AGE] < LIFE_S
+        )
 
 
 class Bedside(Display):
@@ -90,3 +100,74 @@ class Bedside(Display):
                     return str(one.fields["verdict"])
         self.unanswered(sent_ns)
         return ""
+
+
+class People:
+    """People at the bed of a machine, and what they have done and seen."""
+
+    def __init__(self, folder: Path) -> None:
+        self.problems: list[str] = []
+        """What they have seen that must not be."""
+        self.has_cycled = False
+        """The nurse's cycle is over."""
+        self.unanswered: Callable[[int], None] = lambda _: None
+        """See `Bedside.unanswered`."""
+        self._folder = folder
+        self._bedsides: list[Bedside] = []
+        self._was_impatient = False
+
+    @property
+    def asked_ns(self) -> dict[str, int]:
+        """Instant at which each request was sent, by its key."""
+        return {key: at_ns for one in self._bedsides for key, at_ns in one.asked_ns.items()}
+
+    def hurry(self) -> None:
+        """From now on they press twice."""
+        self._was_impatient = True
+        for one in self._bedsides:
+            one.is_impatient = True
+
+    def _bedside(self, host: Host, who: str) -> Bedside:
+        made = Bedside(self._folder, host, who)
+        made.is_impatient = self._was_impatient
+        made.unanswered = self._leave_unanswered
+        self._bedsides.append(made)
+        return made
+
+    def _leave_unanswered(self, sent_ns: int) -> None:
+        self.unanswered(sent_ns)
+
+    def nurse(self, host: Host) -> Steps[None]:
+        """Start one cycle, and bring the machine back to its park position for ever.
+
+        A catheter that was used for too long is changed first.
+        """
+        bed, has_begun = self._bedside(host, NURSE), False
+        while True:
+            yield after(host.clock, LOOK_S)
+            seen = bed.look()
+            if seen is None:
+                continue
+            has_begun = has_begun or seen.phase in CYCLE
+            self.has_cycled = has_begun and seen.phase in RESTING
+            if seen.phase == Phase.HALTED:
+                yield after(host.clock, PATIENCE_S)
+                yield from bed.press("reset")
+            elif seen.phase == Phase.OUT_OF_SERVICE:
+                for button in ("changed", "return_to_service"):
+                    yield from bed.press(button)
+            elif seen.phase == Phase.PARKED and seen.is_worn and not has_begun:
+                yield from bed.press("service")
+            elif seen.phase == Phase.PARKED and seen.is_rested and not has_begun:
+                # The drives have acted alone until there was a controller, and show it until then.
+                for button in ("reset", "assessed", "oxygen_skipped", "start"):
+                    yield from bed.press(button)
+
+    def visitor(self, host: Host) -> Steps[None]:
+        """Press STOP until it is answered: then nothing goes in any more."""
+        bed = self._bedside(host, f"visitor at {host.clock.monotonic_ns()}")
+        while not (verdict := (yield from bed.press(STOP))):
+            yield after(host.clock, LOOK_S)
+        seen = bed.look()
+        if verdict == "pressed" and seen is not None and seen.phase in CYCLE:
+            self.problems.append(f"a STOP was answered, and the machine is {seen.phase.name}")

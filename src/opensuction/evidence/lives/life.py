@@ -72,7 +72,6 @@ INVARIANTS = {
 }
 """What must hold in every life."""
 
-
 EventKind = Literal["fault", "phase", "process", "told"]
 
 
@@ -163,12 +162,14 @@ class _Player:
         )
         self._strikes = False
         """A fault comes now."""
+        self._unkept_s: list[tuple[float, float]] = []
+        """See `Circumstances.unkept_s`."""
         self._refused_s: float | None = None
         """When the disk or the database began to refuse, by the twin's clock."""
         self._events: list[LifeEvent] = []
         self._computer.watch, self._computer.listen = self._see, self._hear
         self._computer.watch_passed = self._see_passed
-        machine.unanswered = self._miss
+        machine.people.unanswered = self._miss
         if self._computer.stretches is not None:
             self._computer.stretches.seen_phase = self._phase
 
@@ -250,7 +251,7 @@ class _Player:
 
     def _is_settled(self) -> bool:
         """True once the cycle and all faults are over, and the machine rests and works."""
-        is_over = self._machine.has_cycled and self._computer.now_ns > self._over_ns
+        is_over = self._machine.people.has_cycled and self._computer.now_ns > self._over_ns
         return is_over and self._is_at_rest()
 
     def _come(self, fault: LifeFault) -> None:
@@ -262,10 +263,15 @@ class _Player:
     def _strike(self, fault: LifeFault) -> None:
         """Bring a fault about, now, of which people are told where they must be."""
         self._note(f"fault {fault.title}", "fault")
-        if fault.kind is Kind.KILL or (fault.target and fault.seconds > STANDS_S):
+        if fault.kind in (Kind.KILL, Kind.POWER) or (fault.target and fault.seconds > STANDS_S):
             self._owe(fault)
         self._strikes = True
-        (self._strike_disk if fault.kind in STORAGE else self._do)(fault)
+        if fault.kind is Kind.POWER:
+            unsound_ns = max(self._computer.slow_until_ns, self._computer.disk.unsound_until_ns)
+            self._unkept_s.append(self._watch.find_unkept(self._computer.now_ns, unsound_ns))
+            self._machine.lose_power(fault.seconds)
+        else:
+            (self._strike_disk if fault.kind in STORAGE else self._do)(fault)
         self._strikes = False
         if self._course is not None:
             self._course.look()  # where the whole host stands still, the next step is after it
@@ -290,7 +296,7 @@ class _Player:
             case Kind.STOP:
                 machine.visit()
             case Kind.IMPATIENT:
-                machine.hurry()
+                machine.people.hurry()
 
     def _strike_disk(self, fault: LifeFault) -> None:
         """Bring a fault of the disk or the database about, now."""
@@ -312,7 +318,7 @@ class _Player:
     def _owe(self, fault: LifeFault) -> None:
         """Have people told of a fault that is about to come: of whoever dies, or stands still."""
         now_ns = self._computer.now_ns
-        names = TARGETS[:-1] if fault.target == ALL else (fault.target,)
+        names = TARGETS[:-1] if fault.target in (ALL, "") else (fault.target,)
         seen, verdict = self._machine.look(), self._machine.judge.verdict()
         from_s, shown = verdict.now_s - EARLY_S, verdict.showing
         if CONTROL in names:
@@ -365,7 +371,7 @@ class _Player:
             found.append(
                 BrokenInvariant("outside", f"the tip at {verdict.end_mm:.1f} mm, nobody told")
             )
-        if not machine.has_cycled:
+        if not machine.people.has_cycled:
             found.append(BrokenInvariant("rest", "no cycle took place"))
         if not self._is_at_rest():
             seen = machine.look()
@@ -377,9 +383,9 @@ class _Player:
     def _judge_what_is_left(self) -> list[BrokenInvariant]:
         machine = self._machine
         found = [BrokenInvariant("crash", one) for one in self._computer.crashes]
-        found += [BrokenInvariant("stop", one) for one in machine.problems]
+        found += [BrokenInvariant("stop", one) for one in machine.people.problems]
         runs, verdict = machine.witness.runs, machine.judge.verdict()
-        found += record_judge.judge_presses(runs, machine.asked_ns)
+        found += record_judge.judge_presses(runs, machine.people.asked_ns)
         told_s = [one.at_s for one in verdict.told if one.condition == Condition.RECORDER_LOST]
         seen = Circumstances(
             runs,
@@ -388,5 +394,7 @@ class _Player:
             is_refusal_told=self._refused_s is not None
             and max(told_s, default=-math.inf) > self._refused_s,
             synced=self._computer.disk.synced,
+            unkept_s=tuple(self._unkept_s),
+            set_back_s=-sum(min(one.seconds, 0.0) for one in self._life.faults),
         )
         return found + list(record_judge.judge(seen, machine.out, machine.database, SERIAL))

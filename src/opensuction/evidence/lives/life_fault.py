@@ -51,6 +51,9 @@ class Kind(StrEnum):
     """For a time it keeps whoever syncs, and some of those who write, waiting for .1 to 3 s."""
     DATABASE = "database"
     """For a time somebody else keeps the records' database locked."""
+    POWER = "power"
+    """The computer is without power for a time, and its memory is lost; drives and patient go on.
+    """
     STOP = "stop"
     """A second person stops the machine."""
     IMPATIENT = "impatient"
@@ -58,7 +61,7 @@ class Kind(StrEnum):
 
 
 STORAGE = (Kind.DISK_FULL, Kind.DISK_FAILING, Kind.DISK_SLOW, Kind.DATABASE)
-LASTS = (Kind.FREEZE, Kind.STANDSTILL, Kind.SLOW, Kind.MAIL, *STORAGE)
+LASTS = (Kind.FREEZE, Kind.STANDSTILL, Kind.SLOW, Kind.MAIL, Kind.POWER, *STORAGE)
 
 
 class LifeFault(NamedTuple):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.lives.witness import Published, Sums, WitnessedRun, sums_of
+from opensuction.evidence.lives.witness import Flags, Published, Sums, WitnessedRun, sums_of
 from opensuction.host.host import NS_PER_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import STOP
@@ -70,6 +70,18 @@ class Circumstances(NamedTuple):
     """They were told since disk or database refused something."""
     synced: Mapping[Path, int]
     """Bytes that the disk has of each file."""
+    unkept_s: tuple[tuple[float, float], ...] = ()
+    """Begins and ends of times, by the computer's clock, of which a loss of power may have taken
+    everything along."""
+    set_back_s: float = 0.0
+    """By how much the wall clock was set back in all."""
+
+    def may_be_lost(self, time_s: Array) -> Flags:
+        """True at instants of which nothing need be kept."""
+        found = np.zeros(len(time_s), bool)
+        for begin_s, end_s in self.unkept_s:
+            found |= (time_s >= begin_s) & (time_s <= end_s)
+        return found
 
 
 def judge(seen: Circumstances, out: Path, database: Path, serial: str) -> Iterator[BrokenInvariant]:
@@ -82,7 +94,7 @@ def judge(seen: Circumstances, out: Path, database: Path, serial: str) -> Iterat
         if seen.synced.get(file, 0) != file.stat().st_size and not seen.is_refusal_told:
             yield BrokenInvariant("kept", f"the disk has not all of {file.name}, nobody told")
     published = [(one, rows) for one in runs if (rows := one.published()) is not None]
-    yield from _judge_runs([rows for _, rows in published])
+    yield from _judge_runs([rows for _, rows in published], seen)
     if not database.exists():
         yield BrokenInvariant("record", "there is none")
         return
@@ -101,17 +113,18 @@ def judge(seen: Circumstances, out: Path, database: Path, serial: str) -> Iterat
         )
         yield from _judge_twice(actions)
         yield from _judge_loss(seen, missed + unrecorded)
-        yield from _judge_rows(published, recordings.kept(), missed + unrecorded)
+        yield from _judge_rows(published, recordings.kept(), missed + unrecorded, seen)
         if missed:
             return  # what happened in them nobody knows
-        yield from _judge_cycles(published, cycles)
-        yield from _judge_files(records, files, recordings.unfinished)
+        yield from _judge_cycles(published, cycles, seen)
+        if not seen.unkept_s:  # the notes of what files held are gone with the power
+            yield from _judge_files(records, files, recordings.unfinished)
         alarms = [one.condition for one in records.history.list_alarms(serial, limit=MOST)]
-        wanted = [name for _, rows in published for name in _alarms_of(rows)]
-        yield from _compare("alarms", Counter(wanted), Counter(alarms))
+        wanted = [told for _, rows in published for told in _alarms_of(rows)]
+        yield from _compare("alarms", wanted, alarms, seen)
         people = [one for one in actions if one.done_by not in (MACHINE, SUPERVISOR)]
-        done = Counter(f"{one.what} by {one.done_by}: {one.detail}" for one in people)
-        yield from _compare("requests", Counter(_requests_of(runs)), done)
+        done = [f"{one.what} by {one.done_by}: {one.detail}" for one in people]
+        yield from _compare("requests", list(_requests_of(runs)), done, seen)
 
 
 def _judge_loss(seen: Circumstances, rows: int) -> Iterator[BrokenInvariant]:
@@ -165,11 +178,24 @@ def judge_presses(
             last[who] = numbers[key]
 
 
-def _compare(what: str, wanted: Counter[str], found: Counter[str]) -> Iterator[BrokenInvariant]:
-    """Violations where entries on record are not those that should be."""
-    for name in sorted(wanted | found):
-        if wanted[name] != found[name]:
-            said = f"{what}: {name}: {found[name]} on record of {wanted[name]}"
+class _Wanted(NamedTuple):
+    """Entry that should be on record."""
+
+    name: str
+    at_s: float
+    """By the computer's clock."""
+
+
+def _compare(
+    what: str, wanted: Sequence[_Wanted], found: Sequence[str], seen: Circumstances
+) -> Iterator[BrokenInvariant]:
+    """Violations where entries on record are not those that should be, or may be."""
+    may = seen.may_be_lost(np.array([one.at_s for one in wanted]))
+    least = Counter(one.name for one, is_free in zip(wanted, may, strict=True) if not is_free)
+    most, there = Counter(one.name for one in wanted), Counter(found)
+    for name in sorted(most | there):
+        if not least[name] <= there[name] <= most[name]:
+            said = f"{what}: {name}: {there[name]} on record of {least[name]}"
             yield BrokenInvariant("kept", said)
 
 
@@ -214,7 +240,7 @@ class _Recordings:
         }
 
 
-def _judge_runs(runs: Sequence[Published]) -> Iterator[BrokenInvariant]:
+def _judge_runs(runs: Sequence[Published], seen: Circumstances) -> Iterator[BrokenInvariant]:
     """Violations by what controllers published themselves, and by what the next one knows of it."""
     for rows in runs:
         ticks = 1.0 + rows.skipped[1:]
@@ -223,9 +249,18 @@ def _judge_runs(runs: Sequence[Published]) -> Iterator[BrokenInvariant]:
             yield BrokenInvariant("ticks", "one is missing, and was not counted")
     for before, after in pairwise(runs):
         off_s = after.time_s[0] - before.time_s[-1]
+        dark = [
+            begin_s
+            for begin_s, end_s in seen.unkept_s
+            if before.time_s[-1] <= end_s <= after.time_s[0]
+        ]
+        if any(begin_s < before.time_s[0] for begin_s in dark):
+            continue  # it need not have been kept
+        # For how long the computer was off it knows by the wall clock alone.
+        set_back_s = seen.set_back_s if dark else 0.0
         told = {
             "passes": after.passes[0] >= before.passes[-1],
-            "catheter's age": after.age_s[0] >= before.age_s[-1],
+            "catheter's age": not after.age_s[0] < before.age_s[-1] - set_back_s,
             "rest": after.rest_left_s[0] >= before.rest_left_s[-1] - off_s - 1.0,
         }
         for name, holds in told.items():
@@ -236,7 +271,10 @@ def _judge_runs(runs: Sequence[Published]) -> Iterator[BrokenInvariant]:
 
 
 def _judge_rows(
-    published: Sequence[tuple[WitnessedRun, Published]], kept: Mapping[str, Kept], missed: int
+    published: Sequence[tuple[WitnessedRun, Published]],
+    kept: Mapping[str, Kept],
+    missed: int,
+    seen: Circumstances,
 ) -> Iterator[BrokenInvariant]:
     """Violations by rows that are not in a recording once, as they were published."""
     lost = 0
@@ -249,7 +287,8 @@ def _judge_rows(
         ticks, have = found.tick[order], found.sums[order]
         first, after = (np.searchsorted(ticks, wanted, side) for side in ("left", "right"))
         count = after - first
-        lost += int(np.count_nonzero(count == 0))
+        free = seen.may_be_lost(rows.time_s[rows.has_left])
+        lost += int(np.count_nonzero((count == 0) & ~free))
         if (count > 1).any():
             tick = int(wanted[count > 1][0])
             yield BrokenInvariant("rows", f"tick {tick} of {run.name} is in recordings twice")
@@ -261,40 +300,51 @@ def _judge_rows(
 
 
 def _judge_cycles(
-    published: Sequence[tuple[WitnessedRun, Published]], cycles: Sequence[PastCycle]
+    published: Sequence[tuple[WitnessedRun, Published]],
+    cycles: Sequence[PastCycle],
+    seen: Circumstances,
 ) -> Iterator[BrokenInvariant]:
     """Violations by cycles on record that are not those that were."""
     wanted: dict[str, Outcome] = {}
+    begun: list[_Wanted] = []
+    unseen: set[str] = set()
     for run, rows in published:
         for left in np.unique(rows.left_rest[rows.in_cycle & rows.has_left]):
-            last = int(np.flatnonzero(rows.left_rest == left)[-1])
+            its = np.flatnonzero(rows.left_rest == left)
+            first, last = int(its[0]), int(its[-1])
             outcome = Outcome.INTERRUPTED
             if last + 1 < len(rows.tick):
                 is_parked = int(rows.phase[last + 1]) == Phase.PARKED
                 outcome = Outcome.COMPLETED if is_parked else Outcome.ABORTED
-            wanted[recorder.name_of(run.name, left)] = outcome
-    names = Counter(one.recording or "" for one in cycles)
-    yield from _compare("cycles", Counter(dict.fromkeys(wanted, 1)), names)
+            name = recorder.name_of(run.name, left)
+            wanted[name] = outcome
+            begun.append(_Wanted(name, float(rows.time_s[first])))
+            if seen.may_be_lost(rows.time_s[last : last + 1]).any():
+                unseen.add(name)
+    yield from _compare("cycles", begun, [one.recording or "" for one in cycles], seen)
     for one in cycles:
+        if one.recording in unseen:
+            continue  # how it ended went with the power
         expected = wanted.get(one.recording or "", one.outcome)
         if one.outcome is not None and (one.outcome != expected or one.detail == UNSEEN.detail):
             said = f"cycle {one.number} is on record as {one.outcome} ({one.detail})"
             yield BrokenInvariant("record", f"{said}, not as {expected}")
 
 
-def _alarms_of(rows: Published) -> Iterator[str]:
+def _alarms_of(rows: Published) -> Iterator[_Wanted]:
     """Names of the conditions that people were told, one for each time that one began."""
     before = np.concatenate(([0], rows.told[:-1]))
-    for mask in (rows.told & ~before)[rows.told != before]:
-        for number in condition_mask.decode(int(mask)):
-            yield Condition(number).name
+    for at in np.flatnonzero(rows.told != before):
+        for number in condition_mask.decode(int(rows.told[at] & ~before[at])):
+            yield _Wanted(Condition(number).name, float(rows.time_s[at]))
 
 
-def _requests_of(runs: Sequence[WitnessedRun]) -> Iterator[str]:
+def _requests_of(runs: Sequence[WitnessedRun]) -> Iterator[_Wanted]:
     """Requests of people with what became of them."""
     for run in runs:
         for event in run.events:
             fields = event.fields
             if fields["kind"] == "request" and fields["verdict"] != "malformed":
                 who, ask = in_words(str(fields["who"])), in_words(str(fields["ask"]))
-                yield f"{ask} by {who}: {fields['verdict']}"
+                at_s = int(fields["time_ns"]) / NS_PER_S
+                yield _Wanted(f"{ask} by {who}: {fields['verdict']}", at_s)

@@ -54,6 +54,13 @@ class SimulatedDisk:
         until_ns = max(self.full_until_ns, self.failing_until_ns, self.away_until_ns)
         return self._computer.now_ns < until_ns
 
+    @property
+    def unsound_until_ns(self) -> int:
+        """Instant until which it refuses something, or keeps somebody waiting."""
+        return max(
+            self.full_until_ns, self.failing_until_ns, self.slow_until_ns, self.away_until_ns
+        )
+
     def fill(self, until_ns: int) -> None:
         """Have it full until then: writes that need room are refused."""
         self.full_until_ns = max(self.full_until_ns, until_ns)
@@ -85,6 +92,28 @@ class SimulatedDisk:
         if self._computer.now_ns < self.failing_until_ns:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
         self.synced[path] = path.stat().st_size
+
+    def write(self, path: Path, content: bytes) -> None:
+        """See `host.Files.write`: one that cannot be synced may have been written all the same."""
+        if self._computer.now_ns < self.full_until_ns:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        if self._computer.now_ns >= self.failing_until_ns or self._chance.random() < STORED:
+            private_file.write(path, content)
+        self.sync(path)
+
+    def lose_power(self, folder: Path) -> None:
+        """Cut what is in a folder's files to what was synced, and maybe some of what came after.
+
+        A file that was never synced may be gone with its name.
+        """
+        for path in sorted(folder.iterdir()):
+            size, kept = path.stat().st_size, self.synced.get(path)
+            if kept is None and self._chance.random() < STORED:
+                path.unlink()
+            elif (kept or 0) < size:
+                left = self._chance.randint(kept or 0, size)
+                os.truncate(path, left)
+                self.synced[path] = left
 
     def open_records(self, url: str | None) -> Records:
         """The records as a machine opens them, on this disk. Raises RecordsError."""
@@ -147,6 +176,11 @@ class SimulatedFiles:
         self._process.files.append(made)
         self._disk.synced.pop(path, None)
         return made
+
+    def write(self, path: Path, content: str) -> None:
+        """See `host.Files.write`."""
+        self._disk.stall(self._process, 1.0)
+        self._disk.write(path, content.encode())
 
     def sync(self, path: Path) -> None:
         """See `host.Files.sync`."""

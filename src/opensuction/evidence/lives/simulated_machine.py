@@ -16,16 +16,15 @@ from functools import lru_cache
 from pathlib import Path
 
 from opensuction.controller.configuration import Configuration
-from opensuction.evidence.lives.bedside import PATIENCE_S, Bedside, Display, Situation
+from opensuction.evidence.lives.bedside import NURSE, VISITOR, Display, People, Situation
 from opensuction.evidence.lives.simulated_computer import Main, SimulatedComputer
+from opensuction.evidence.lives.simulated_process import KILLED, SimulatedClock
 from opensuction.evidence.lives.witness import Witness
-from opensuction.host.host import NS_PER_S, Child, Host, Lock, Steps, after
+from opensuction.host.host import NS_PER_S, Child, Lock
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.deadline_scheduler import DeadlineScheduler, Pacing
 from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.interface import STOP
-from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
 from opensuction.machine import port
 from opensuction.machine.twin import twin_machine, twin_process
 from opensuction.machine.twin.live_judge import LiveJudge
@@ -33,8 +32,10 @@ from opensuction.machine.twin.twin_process import Playing
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime import (
     control_process,
+    controller_memory,
     launch,
     machine_folder,
+    nonvolatile_memory,
     recorder_process,
     supervisor,
 )
@@ -47,12 +48,12 @@ from opensuction.twin.plant import PlantState
 
 MEMORY = Path("/dev/shm")
 SERIAL = "simulated-1"
-NURSE, VISITOR = "nurse", "visitor"
-LOOK_S = 0.05
-"""How often people look at the machine."""
 MANAGER_S = 2.0
 """After it a supervisor that died is started again."""
 JUDGED_EVERY_S = 1.0
+REMEMBERS = "memory.json"
+"""File of what a machine remembers while its computer is off."""
+RECORDINGS, RECORDS = "recordings", "records.db"
 PREPARED = 64
 """Machines that a process keeps for lives to come."""
 ROOM = "opensuction-lives-"
@@ -126,15 +127,10 @@ class SimulatedMachine:
 
     def __init__(self, folder: Path, seed: int, machine_seed: int) -> None:
         """machine_seed: draws machine and patient."""
-        self.folder, self.out = folder, folder / "recordings"
-        self.database = folder / "records.db"
+        self.folder, self.out = folder, folder / RECORDINGS
+        self.database = folder / RECORDS
         self.prepared = _prepare(machine_seed)
-        self.problems: list[str] = []
-        """What people at the bed have seen that must not be."""
-        self._bedsides: list[Bedside] = []
-        self._was_impatient = False
-        self.unanswered: Callable[[int], None] = lambda _: None
-        """See `Bedside.unanswered`."""
+        self.people = People(folder)
         self.computer = SimulatedComputer(
             seed,
             {
@@ -142,17 +138,18 @@ class SimulatedMachine:
                 launch.RECORDER: lambda host, told: recorder_process.steps(
                     host, Path(told[0]), Path(told[1]), self.computer.disk.open_records
                 ),
-                NURSE: lambda host, _: self._nurse(host),
-                VISITOR: lambda host, _: self._visitor(host),
+                NURSE: lambda host, _: self.people.nurse(host),
+                VISITOR: lambda host, _: self.people.visitor(host),
             },
         )
         self.display, self.witness = Display(folder), Witness(folder)
         self.nature = NatureClock()
         self._supervisor: Child | None = None
-        self.has_cycled = False
-        """The nurse's cycle is over."""
         self.is_closing = False
         """Nobody starts a supervisor again."""
+        self.dark_ns: list[int] = []
+        """Instants at which the computer lost its power."""
+        self._dark_until_ns = 0
         self._begin()
 
     def _begin(self) -> None:
@@ -161,6 +158,18 @@ class SimulatedMachine:
         seed = self.prepared.resolved.equipment.seed
         side = twin_machine.side_of(loop, seed)
         twin_machine.prepare(self.folder, side, PlantState(start.machine, start.bedside))
+        self._lay()
+        self.twin = self._spawn(twin_machine.PROCESS, str(self.folder))
+        while not (self.folder / twin_process.SHOWN).exists():
+            self.computer.run_until(self.computer.now_ns + NS_PER_S)
+        self.judge = LiveJudge(port.open_truth(self.folder), loop.controller.limits.cap_mm)
+        self._twins = {one.name for one in self.folder.iterdir()}
+        self._supervise()
+        self._spawn(NURSE)
+
+    def _lay(self) -> None:
+        """Have the machine's folder as whoever begins a machine lays it."""
+        loop, used = self.prepared.loop, self.prepared.resolved.equipment
         launch.configure(self.folder, Configuration(loop.controller, loop.heads_mm))
         machine_folder.write(
             self.folder,
@@ -169,18 +178,13 @@ class SimulatedMachine:
                 catheter=Catheter("catheter-1", 6, 86_400),
                 protocol=SettingsFile("neonate", "{}"),
                 approach="travel",
-                patient=f"twin-neonate-{seed}",
+                patient=f"twin-neonate-{used.seed}",
                 parameter_file=None,
                 database=str(self.database),
                 heading={},
+                memory=str(self.folder / REMEMBERS),
             ),
         )
-        self.twin = self._spawn(twin_machine.PROCESS, str(self.folder))
-        while not (self.folder / twin_process.SHOWN).exists():
-            self.computer.run_until(self.computer.now_ns + NS_PER_S)
-        self.judge = LiveJudge(port.open_truth(self.folder), loop.controller.limits.cap_mm)
-        self._supervise()
-        self._spawn(NURSE)
 
     def _spawn(self, module: str, *arguments: str) -> Child:
         log = self.folder / f"{module.rpartition('.')[2]}.log"
@@ -201,12 +205,54 @@ class SimulatedMachine:
             self.nature.note(self.judge.now_s, twin.busy_until_ns)
             self._manage()
 
+    def lose_power(self, seconds: float) -> None:
+        """Have the computer off for a time: its memory is lost, and what the disk was not sent.
+
+        Twin and people go on, for they are not the computer's.
+        """
+        self.judge.look()
+        self.witness.look()
+        self.dark_ns.append(self.computer.now_ns)
+        for process in self.computer.processes.values():
+            if (
+                process.module not in (twin_machine.PROCESS, NURSE, VISITOR)
+                and process.poll() is None
+            ):
+                process.end(KILLED)
+        for one in self.folder.iterdir():
+            is_on_disk = one.name in (REMEMBERS, RECORDINGS) or one.name.startswith(RECORDS)
+            if not is_on_disk and one.name not in self._twins:
+                one.unlink()
+        if self.out.is_dir():
+            self.computer.disk.lose_power(self.out)
+        self._supervisor = None
+        ends_ns = self.computer.now_ns + round(seconds * NS_PER_S)
+        self._dark_until_ns = max(self._dark_until_ns, ends_ns)
+        self.computer.at(ends_ns, self._power_up)
+
+    def _power_up(self) -> None:
+        """Lay the machine's folder anew, with what the disk remembers, and start it."""
+        if self.computer.now_ns < self._dark_until_ns or self._supervisor is not None:
+            return
+        self._lay()
+        now_ns = self.computer.now_ns + self.computer.wall_offset_ns
+        recalled = nonvolatile_memory.recall(self.folder / REMEMBERS, now_ns, 0.0)
+        if recalled is not None:
+            clock = SimulatedClock(self.computer)
+            controller_memory.hand_on(self.folder, recalled, clock)
+        self._supervise()
+
     def _manage(self) -> None:
         died = self._supervisor is not None and self._supervisor.poll() is not None
         if died and not self.is_closing:
             self._supervisor = None
             due_ns = self.computer.now_ns + round(MANAGER_S * NS_PER_S)
-            self.computer.at(due_ns, self._supervise)
+            self.computer.at(due_ns, self._supervise_again)
+
+    def _supervise_again(self) -> None:
+        """Start a supervisor in place of one that died, while the computer is on."""
+        if self.computer.now_ns >= self._dark_until_ns and self._supervisor is None:
+            self._supervise()
 
     def look(self) -> Situation | None:
         """State of the machine now; see `Display.look`."""
@@ -216,20 +262,9 @@ class SimulatedMachine:
         """Number of the process ``control``, ``recorder`` or ``supervisor``; None of none."""
         return self.computer.holder(self.folder / f"{name}.lock")
 
-    @property
-    def asked_ns(self) -> dict[str, int]:
-        """Instant at which each request of a person was sent, by its key."""
-        return {key: at_ns for one in self._bedsides for key, at_ns in one.asked_ns.items()}
-
     def visit(self) -> None:
         """Have a second person stop the machine."""
         self._spawn(VISITOR)
-
-    def hurry(self) -> None:
-        """From now on people press twice."""
-        self._was_impatient = True
-        for one in self._bedsides:
-            one.is_impatient = True
 
     def end(self, seconds: float) -> bool:
         """Tell the supervisor to end, and all with it; true where they do within a time."""
@@ -247,43 +282,6 @@ class SimulatedMachine:
     def close(self) -> None:
         """Let go of all that its processes have open."""
         self.computer.close()
-
-    def _bedside(self, host: Host, who: str) -> Bedside:
-        made = Bedside(self.folder, host, who)
-        made.is_impatient = self._was_impatient
-        made.unanswered = self._leave_unanswered
-        self._bedsides.append(made)
-        return made
-
-    def _leave_unanswered(self, sent_ns: int) -> None:
-        self.unanswered(sent_ns)
-
-    def _nurse(self, host: Host) -> Steps[None]:
-        """Start one cycle, and bring the machine back to its park position for ever."""
-        bed, has_begun = self._bedside(host, NURSE), False
-        while True:
-            yield after(host.clock, LOOK_S)
-            seen = bed.look()
-            if seen is None:
-                continue
-            has_begun = has_begun or seen.phase in CYCLE
-            self.has_cycled = has_begun and seen.phase in RESTING
-            if seen.phase == Phase.HALTED:
-                yield after(host.clock, PATIENCE_S)
-                yield from bed.press("reset")
-            elif seen.phase == Phase.PARKED and seen.is_rested and not has_begun:
-                # The drives have acted alone until there was a controller, and show it until then.
-                for button in ("reset", "assessed", "oxygen_skipped", "start"):
-                    yield from bed.press(button)
-
-    def _visitor(self, host: Host) -> Steps[None]:
-        """Press STOP until it is answered: then nothing goes in any more."""
-        bed = self._bedside(host, f"visitor at {host.clock.monotonic_ns()}")
-        while not (verdict := (yield from bed.press(STOP))):
-            yield after(host.clock, LOOK_S)
-        seen = bed.look()
-        if verdict == "pressed" and seen is not None and seen.phase in CYCLE:
-            self.problems.append(f"a STOP was answered, and the machine is {seen.phase.name}")
 
 
 @contextmanager

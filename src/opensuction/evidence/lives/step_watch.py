@@ -4,6 +4,7 @@ A supervisor ends a process that hangs, in time, and no other. Whether one hung 
 by its steps alone.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -18,7 +19,11 @@ WORKS_S = 0.5
 """One that has been at work for so long has given a sign of life since it stood still."""
 LATE_S = 0.5
 """After that time it has been ended."""
-SUPERVISOR = "supervisor"
+SUPERVISOR, RECORDER = "supervisor", "recorder_process"
+UNSYNCED_S = 2.0
+"""What was published for longer is on the disk, where recorder and disk have worked."""
+SOUND_S = 3.0
+"""They have, without a disturbance for so long."""
 
 
 class _Steady(NamedTuple):
@@ -51,7 +56,7 @@ class StepWatch:
         """Take a step that is done now."""
         name = step.module.rpartition(".")[2]
         known = self._steady.get(name)
-        if name == "recorder_process" and self._may_keep():
+        if name == RECORDER and self._may_keep():
             self.away_ns = max(self.away_ns, step.at_ns - self._recorded_ns)
             self._recorded_ns = step.at_ns
         if known is None or known.pid != step.pid:
@@ -69,6 +74,16 @@ class StepWatch:
         if known is None or now_ns - known.last_ns > STEADY_S * NS_PER_S:
             return False
         return known.since_ns <= from_ns
+
+    def find_unkept(self, now_ns: int, unsound_ns: int) -> tuple[float, float]:
+        """Time, by the computer's clock in s, of which a loss of power now may take anything along.
+
+        unsound_ns: until when disk or processors have been disturbed.
+        """
+        from_ns = now_ns - round(SOUND_S * NS_PER_S)
+        is_kept = self.is_steady(RECORDER, from_ns, now_ns) and unsound_ns < from_ns
+        now_s = now_ns / NS_PER_S
+        return (now_s - UNSYNCED_S if is_kept else -math.inf), now_s
 
     def hear_killed(self, name: str, now_ns: int) -> None:
         """A process was killed by no fault of the life."""

@@ -20,10 +20,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import platformdirs
 
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
-from opensuction.host.host import Child
+from opensuction.host.host import NS_PER_S, Child
+from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.ipc.liveness import Heartbeat, Process, end_holder, holder
 from opensuction.ipc.ring import RingReader
 from opensuction.kernel import private_file
@@ -40,8 +42,8 @@ from opensuction.procedure.cycle.interlocks import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.records.records import Records
-from opensuction.runtime import control_process, launch, machine_folder
-from opensuction.runtime.control_process import Before
+from opensuction.runtime import controller_memory, launch, machine_folder, nonvolatile_memory
+from opensuction.runtime.controller_memory import Before
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.machine_folder import About
 from opensuction.safety.limits import TipInterval, deepest_mm
@@ -99,7 +101,7 @@ class Predecessor(NamedTuple):
 
 def find(folder: Path) -> Predecessor | None:
     """The machine of a folder that was lost; None where one answers, or none was."""
-    before = control_process.read_before(folder)
+    before = controller_memory.read_before(folder)
     if before is None:
         return None
     is_on_bus = port.kind_of(folder) == port.CANOPEN
@@ -153,6 +155,8 @@ class Running(NamedTuple):
     """The machine in whose place it has begun."""
     bus: BusMachine | None = None
     """The machine on a bus that it is; None: the twin."""
+    recalled: Before | None = None
+    """What it knows of its patient from before the computer was off."""
 
     @property
     def in_silico(self) -> bool:
@@ -231,9 +235,9 @@ def begin(
         return Running(name, folder, prepared, machine_folder.read(folder), None, bus=bus)
     if controls:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
-    lost = None
+    lost = recalled = None
     if bus is not None:
-        _clear_on_bus(folder, forgets=anew)
+        recalled = _clear_on_bus(folder, _make_memory(name), forgets=anew)
     else:
         had_twin = port.kind_of(folder) == port.TWIN
         lost = find(folder) if had_twin and not anew else None
@@ -245,7 +249,7 @@ def begin(
     private_file.write(folder / machine_folder.BEGUN_WITH, begun_with)
     if bus is not None:
         bus_machine.lay(folder, bus)
-        return Running(name, folder, prepared, told, None, bus=bus)
+        return Running(name, folder, prepared, told, None, bus=bus, recalled=recalled)
     seed = prepared.resolved.equipment.seed
     twin = twin_machine.start(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin, lost)
@@ -255,20 +259,44 @@ def _clear(folder: Path, lost: Predecessor | None) -> None:
     """Empty the folder but for what the next machine must keep of one that was lost."""
     machine_folder.clear(folder)
     if lost is not None:
-        control_process.hand_on(folder, replaced(lost))
+        controller_memory.hand_on(folder, replaced(lost))
 
 
-def _clear_on_bus(folder: Path, forgets: bool = False) -> None:
+def memory_of(name: str) -> Path:
+    """File of what the machine on a bus of this name must not forget while its computer is off."""
+    return platformdirs.user_data_path("opensuction") / "machines" / f"{name}.json"
+
+
+def _make_memory(name: str) -> Path:
+    """The same, in a folder that is there. Raises InputError where it cannot be made."""
+    memory = memory_of(name)
+    try:
+        private_file.make_folder(memory.parent)
+    except OSError as error:
+        raise InputError(f"{memory.parent} cannot be made: {error.strerror}") from None
+    return memory
+
+
+def _clear_on_bus(folder: Path, memory: Path | None = None, forgets: bool = False) -> Before | None:
     """Empty the folder but for what the next controller must know of the patient on the bus.
 
-    forgets: it shall know nothing. What a twin has left there is of another patient.
+    memory: where it is looked for in case the folder knows nothing. forgets: it shall know nothing.
+    What a twin has left there is of another patient. What was read from the memory.
     """
-    keeps = not forgets and port.kind_of(folder) == port.CANOPEN
-    before = control_process.read_before(folder) if keeps else None
+    before = recalled = None
+    if not forgets and port.kind_of(folder) == port.CANOPEN:
+        before = controller_memory.read_before(folder)
+    if memory is not None and forgets:
+        nonvolatile_memory.forget(memory)
+    elif memory is not None and before is None:
+        clock = THIS_COMPUTER.clock
+        on_s = clock.monotonic_ns() / NS_PER_S  # it counts from when the computer was switched on
+        before = recalled = nonvolatile_memory.recall(memory, clock.wall_ns(), on_s)
     machine_folder.clear(folder)
     port.name_backend(folder, port.CANOPEN)
     if before is not None:
-        control_process.hand_on(folder, before)
+        controller_memory.hand_on(folder, before)
+    return recalled
 
 
 def _begun_with(chosen: Configuration, bus: BusMachine | None) -> str:
@@ -326,6 +354,7 @@ def _about(name: str, prepared: Prepared, database: str | None, bus: BusMachine 
         patient=f"twin-{used.patient_name}-{used.seed}" if has_twin_patient else None,
         parameter_file=parameters,
         database=_absolute(database),
+        memory=None if bus is None else str(memory_of(name)),
         heading={
             "machine": str(used.machine_name),
             "patient": str(used.patient_name or "none"),

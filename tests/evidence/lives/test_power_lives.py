@@ -1,0 +1,99 @@
+"""Lives in which the computer loses its power: what outlives it, and mistakes that they find."""
+
+from collections.abc import Callable
+
+import pytest
+
+from opensuction.evidence.lives import life
+from opensuction.evidence.lives.life import Life, LifeResult
+from opensuction.evidence.lives.life_fault import Kind, LifeFault
+from opensuction.kernel.vocabulary import Phase
+from opensuction.runtime import nonvolatile_memory
+from opensuction.runtime.database_writer import DatabaseWriter
+from opensuction.runtime.nonvolatile_memory import NonvolatileMemory
+
+ON_THE_WAY_IN = LifeFault(Kind.POWER, "", Phase.INSERTING, 2.0, 3.0)
+ON_THE_WAY_OUT = LifeFault(Kind.POWER, "", Phase.WITHDRAWING, 1.0, 0.05)
+EARLY = LifeFault(Kind.POWER, "", Phase.PRELOADING, 0.05, 1.0)
+AT_THE_BEGIN = LifeFault(Kind.POWER, "", Phase.INSERTING, 0.001, 1.0)
+"""The recorder has not seen yet that the head moves."""
+AT_REST = LifeFault(Kind.POWER, "", None, 2.25, 2.0)
+"""Before the cycle, in the .2 s that the machine is parked."""
+SET_BACK = LifeFault(Kind.WALL_CLOCK, "", Phase.CHECKING, 0.0, -90_000.0)
+SET_BACK_AT_REST = LifeFault(Kind.WALL_CLOCK, "", None, 2.248, -90_000.0)
+
+
+def play(*faults: LifeFault) -> LifeResult:
+    return life.play(Life(1, 3, faults))
+
+
+def broken(found: LifeResult) -> set[str]:
+    return {one.invariant for one in found.violations}
+
+
+@pytest.mark.parametrize(
+    "faults",
+    [
+        pytest.param((ON_THE_WAY_IN,), id="on the way in"),
+        pytest.param((ON_THE_WAY_OUT,), id="on the way out", marks=pytest.mark.sweep),
+        pytest.param((EARLY,), id="before the way in", marks=pytest.mark.sweep),
+        pytest.param((AT_THE_BEGIN,), id="as it begins", marks=pytest.mark.sweep),
+        pytest.param((AT_REST,), id="at rest", marks=pytest.mark.sweep),
+        pytest.param((SET_BACK, ON_THE_WAY_IN), id="clock set back", marks=pytest.mark.sweep),
+        pytest.param((ON_THE_WAY_IN, EARLY._replace(phase=None, after_s=18.0)), id="twice"),
+    ],
+)
+def test_a_loss_of_power_brings_the_catheter_out_and_resets_no_limit(
+    faults: tuple[LifeFault, ...],
+) -> None:
+    found = play(*faults)
+    assert found.violations == ()
+    course = [one.what for one in found.events]
+    fault = next(one for one in faults if one.kind is Kind.POWER)
+    after = course[course.index(f"fault {fault.title}") :]
+    if fault.phase is not None:
+        assert "people are told: watchdog-fired" in after
+    assert {"phase parked", "phase halted"} & set(after)
+
+
+def test_a_catheter_of_unknown_age_is_changed_before_a_cycle() -> None:
+    found = play(SET_BACK_AT_REST, AT_REST)
+    assert found.violations == ()
+    course = [one.what for one in found.events]
+    assert course.index("phase out-of-service") < course.index("phase inserting")
+
+
+def _nothing(*_: object) -> None:
+    return None
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "faults", "invariant"),
+    [
+        pytest.param(nonvolatile_memory, "recall", (ON_THE_WAY_IN,), "memory", id="forgets"),
+        pytest.param(NonvolatileMemory, "take", (ON_THE_WAY_OUT,), "memory", id="notes nothing"),
+        pytest.param(DatabaseWriter, "sync", (ON_THE_WAY_OUT,), "rows", id="syncs nothing"),
+    ],
+)
+def test_a_mistake_is_found(
+    owner: object,
+    name: str,
+    faults: tuple[LifeFault, ...],
+    invariant: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(owner, name, _nothing)
+    assert invariant in broken(play(*faults))
+
+
+def test_a_copy_that_is_written_late_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a cycle ends and not as it begins."""
+    take: Callable[..., None] = NonvolatileMemory.take
+    phase = nonvolatile_memory._PHASE
+
+    def take_at_rest(memory: NonvolatileMemory, row: "list[float]", rule: object) -> None:
+        if row[phase] == Phase.PARKED:
+            take(memory, row, rule)
+
+    monkeypatch.setattr(NonvolatileMemory, "take", take_at_rest)
+    assert "memory" in broken(play(AT_THE_BEGIN))
