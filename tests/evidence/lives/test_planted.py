@@ -18,7 +18,7 @@ KILL_RECORDER = (LifeFault(Kind.KILL, life_fault.RECORDER, Phase.CHECKING, 2.0, 
 FREEZE_CONTROL = (LifeFault(Kind.FREEZE, life_fault.CONTROL, Phase.CHECKING, 0.05, 4.0),)
 SHORT = (
     LifeFault(Kind.FREEZE, life_fault.CONTROL, Phase.CHECKING, 0.05, 0.01),
-    LifeFault(Kind.KILL, life_fault.ALL, Phase.PRELOADING, 0.02, 0.0),
+    LifeFault(Kind.KILL, life_fault.ALL, Phase.PRELOADING, 0.035, 0.0),
 )
 """A cycle that is over before the catheter goes in."""
 QUICK = {
