@@ -1,6 +1,7 @@
 """Work spread over processes: answered in order, ended with whoever asked."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.evidence import worker_pool
+from opensuction.evidence import worker, worker_pool
 
 WAITS = "__import__('os').write(1, b'working\\n') and __import__('threading').Event().wait()"
 """One write for the line: two processes share the pipe, and Python may write without a buffer."""
@@ -115,3 +116,18 @@ def test_a_system_that_binds_to_no_cores_counts_all(monkeypatch: pytest.MonkeyPa
     monkeypatch.delattr(os, "sched_getaffinity", raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: 6)
     assert worker_pool.count_cores() == 6
+
+
+def test_a_process_whose_answers_nobody_takes_ends_without_a_word() -> None:
+    """Its input is still open: it said ``Fatal Python error``, behind the command's last line."""
+    command = [sys.executable, "-m", worker.__name__]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        pickle.dump((str, 1), process.stdin)
+        process.stdin.flush()
+        assert process.wait(60.0) == 0
+        assert process.stderr.read() == b""

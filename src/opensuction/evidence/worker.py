@@ -31,8 +31,12 @@ def serve(given: BinaryIO, taken: BinaryIO) -> None:
             answer: object = function(argument)
         except Exception as failure:  # told to whoever asked, who knows what to do
             answer = failure
-        pickle.dump(answer, taken)
-        taken.flush()
+        try:
+            pickle.dump(answer, taken)
+            taken.flush()
+        except BrokenPipeError:
+            # Whoever asked has gone. To end as usual would wait for the input, which is being read.
+            os._exit(0)
 
 
 def main() -> None:
