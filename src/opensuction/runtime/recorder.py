@@ -36,8 +36,9 @@ HEARD = 64
 PARTS = 1000
 """Files of one recording, at most: each recorder that begins anew makes one."""
 NEVER = -1
-_LEFT, _TIME, _TICK = (
-    ROW_COLUMNS.index(name) for name in ("loop.left_rest", "loop.time_s", "inputs.tick")
+_LEFT, _TIME, _TICK, _PERIOD = (
+    ROW_COLUMNS.index(name)
+    for name in ("loop.left_rest", "loop.time_s", "inputs.tick", "inputs.dt_s")
 )
 _TICKS = slice(len(TIMING_COLUMNS), None)
 """A tick's part of a row: the columns of `tick_table`."""
@@ -91,8 +92,8 @@ class Recorder:
         self._writer: RecordingWriter | None = None
         self._left = AT_REST
         """What of it has been written: when the machine left its rest."""
-        self._rested_s = 0.0
-        """How much of the rest afterwards."""
+        self._moved_s = 0.0
+        """Time of its last row that is not of a rest."""
         self._seen = loop.NOTHING
         """In the row that was written or remembered last."""
         self._offset = 0
@@ -152,13 +153,15 @@ class Recorder:
             self.lost = error.strerror or str(error)
             self._number = self.kept
             self._before.clear()
+            if self._writer is not None:
+                self._last = None  # it is of a later row than the next that is given
 
     def close(self) -> None:
         """End what is being recorded."""
         writer, self._writer = self._writer, None
         if writer is None:
             return
-        self._left, self._rested_s = AT_REST, 0.0
+        self._left = AT_REST
         assert self.path is not None
         self._ended.append(self.path.name)
         try:
@@ -213,7 +216,7 @@ class Recorder:
                 if not len(rows):
                     return
                 self._begin(rows)
-            self._left = left
+            self._moved_s = float(rows[-1, _TIME])
             self._write(rows)
             self._last = rows[-1, _STATE]
         elif self._writer is None:
@@ -223,15 +226,19 @@ class Recorder:
         else:
             self._write(rows)
             self._remember(rows)
-            if self._left != AT_REST:
-                self._rested_s += len(rows) * self._period_s(rows)
-            if self._rested_s >= AROUND_S:
+            if self._has_rested(rows):
                 self._writer.flush()
                 self.close()
 
-    def _period_s(self, rows: Array) -> float:
-        """Time that a row stands for."""
-        return float(rows[0, ROW_COLUMNS.index("inputs.dt_s")])
+    def _has_rested(self, rows: Array) -> bool:
+        """True where rows of a rest end so long after the last motion that the recording ends.
+
+        By times, which are the same where the disk has refused rows and they are given again. Rows
+        of the rest before the motion are among those.
+        """
+        is_after = self._left != AT_REST and rows[-1, _TICK] > self._left
+        half_s = 0.5 * float(rows[-1, _PERIOD])
+        return bool(is_after and rows[-1, _TIME] - self._moved_s > AROUND_S - half_s)
 
     def _begin_anew(self, rows: Array) -> None:
         """Other settings, in another state: no recording holds both."""
@@ -287,6 +294,7 @@ class Recorder:
         first = self._before[0][:1] if self._before else rows[:1]
         began_ns = int(self._utc_ns(first)[0])
         self._writer = self._create(name_of(self._run, rows[0, _LEFT]), began_ns)
+        self._left = float(rows[0, _LEFT])
         self._offset, self._start_rows = self._number - sum(map(len, self._before)), 0
         self._seen = loop.NOTHING
         if self._last is not None:

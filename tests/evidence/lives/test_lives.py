@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.evidence.lives import life, life_fault, lives, simulated_machine
-from opensuction.evidence.lives.life import INVARIANTS, Life, LifeResult
+from opensuction.evidence.lives.life import INVARIANTS, Life
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
 from opensuction.evidence.lives.lives import Campaign
 from opensuction.host import this_computer
@@ -19,6 +19,7 @@ from opensuction.runtime import recorder
 from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import SupervisedProcess
+from tests.evidence.lives.chosen_life import broken, play
 
 NOTHING = LifeFault(Kind.SLOW, "", None, 0.0, 0.001)
 KILL_RECORDER = LifeFault(Kind.KILL, life_fault.RECORDER, Phase.CHECKING, 0.05, 0.0)
@@ -28,14 +29,6 @@ KILL_EARLY = LifeFault(Kind.KILL, life_fault.CONTROL, Phase.PRELOADING, 0.05, 0.
 UNSEEN = range(700_000, 700_060)
 """Seeds of their own beside those of the evidence."""
 STOPPED = LifeFault(Kind.STOP, "", Phase.INSERTING, 0.05, 0.0)
-
-
-def play(*faults: LifeFault) -> LifeResult:
-    return life.play(Life(1, 3, faults))
-
-
-def broken(found: LifeResult) -> set[str]:
-    return {one.invariant for one in found.violations}
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@
 import pytest
 
 from opensuction.evidence.lives import life, life_fault
-from opensuction.evidence.lives.life import Life
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
 from opensuction.kernel.vocabulary import Phase
+from tests.evidence.lives.chosen_life import broken, play
 from tests.evidence.lives.planted import PLANTED, PlantedFault
 
 BY_NAME = {one.name: one for one in PLANTED}
@@ -43,16 +43,12 @@ FURTHER = {
 """Another one breaks the same invariant in `make test`, here or in `test_lives` and its likes."""
 
 
-def _broken(*faults: LifeFault) -> set[str]:
-    return {one.invariant for one in life.play(Life(1, 3, faults)).violations}
-
-
 @pytest.mark.parametrize("name", [pytest.param(one, marks=FURTHER.get(one, ())) for one in QUICK])
 def test_a_planted_fault_breaks_its_invariant(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     invariant, faults = QUICK[name]
     monkeypatch.setattr(life, "LONGEST_S", 20.0)  # some never settle
     BY_NAME[name].plant(monkeypatch)
-    assert invariant in _broken(*faults)
+    assert invariant in broken(play(*faults))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +61,7 @@ def test_a_planted_fault_breaks_its_invariant(name: str, monkeypatch: pytest.Mon
 )
 def test_the_same_lives_break_nothing_without_it(faults: tuple[LifeFault, ...]) -> None:
     """`test_lives` says so of the quiet one."""
-    assert _broken(*faults) == set()
+    assert broken(play(*faults)) == set()
 
 
 @pytest.mark.soak

@@ -4,13 +4,12 @@ from collections.abc import Callable
 
 import pytest
 
-from opensuction.evidence.lives import life
-from opensuction.evidence.lives.life import Life, LifeResult
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime import nonvolatile_memory
 from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.nonvolatile_memory import NonvolatileMemory
+from tests.evidence.lives.chosen_life import broken, play
 
 ON_THE_WAY_IN = LifeFault(Kind.POWER, "", Phase.INSERTING, 2.0, 3.0)
 ON_THE_WAY_OUT = LifeFault(Kind.POWER, "", Phase.WITHDRAWING, 1.0, 0.05)
@@ -21,14 +20,6 @@ AT_REST = LifeFault(Kind.POWER, "", None, 2.25, 2.0)
 """Before the cycle, in the .2 s that the machine is parked."""
 SET_BACK = LifeFault(Kind.WALL_CLOCK, "", Phase.CHECKING, 0.0, -90_000.0)
 SET_BACK_AT_REST = LifeFault(Kind.WALL_CLOCK, "", None, 2.248, -90_000.0)
-
-
-def play(*faults: LifeFault) -> LifeResult:
-    return life.play(Life(1, 3, faults))
-
-
-def broken(found: LifeResult) -> set[str]:
-    return {one.invariant for one in found.violations}
 
 
 @pytest.mark.parametrize(

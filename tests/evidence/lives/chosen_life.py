@@ -1,0 +1,13 @@
+"""One life with chosen faults, and the invariants that it breaks."""
+
+from opensuction.evidence.lives import life
+from opensuction.evidence.lives.life import Life, LifeResult
+from opensuction.evidence.lives.life_fault import LifeFault
+
+
+def play(*faults: LifeFault) -> LifeResult:
+    return life.play(Life(1, 3, faults))
+
+
+def broken(found: LifeResult) -> set[str]:
+    return {one.invariant for one in found.violations}
