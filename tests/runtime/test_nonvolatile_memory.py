@@ -2,6 +2,7 @@
 
 import json
 import os
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 from opensuction.controller import controller
 from opensuction.controller.record import State
-from opensuction.host.host import NS_PER_S, Host
+from opensuction.host.host import NS_PER_S, Host, Work, Worker, finish
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -38,9 +39,23 @@ class WallClock(SteppedClock):
         return WROTE_NS
 
 
+class AtOnce:
+    """A worker that does its work as it is woken."""
+
+    def __init__(self, work: Work) -> None:
+        self._work, self.has_ended = work, False
+
+    def wake(self) -> None:
+        next(self._work)
+
+
+def host_of(clock: SteppedClock) -> Host:
+    return stepped_host(clock)._replace(begin_worker=AtOnce)
+
+
 @pytest.fixture
 def host() -> Host:
-    return stepped_host(WallClock())
+    return host_of(WallClock())
 
 
 def row(phase: Phase = Phase.PARKED, **upkeep: float) -> Array:
@@ -139,7 +154,7 @@ def test_it_is_written_where_something_else_than_time_changes_it(
 
 def test_it_is_written_every_minute(tmp_path: Path) -> None:
     clock = WallClock()
-    memory = NonvolatileMemory(path := tmp_path / "machine.json", stepped_host(clock))
+    memory = NonvolatileMemory(path := tmp_path / "machine.json", host_of(clock))
     memory.take(row(), RULE)
     path.unlink()
     clock.now_ns += round(WRITES_S * NS_PER_S) - 1
@@ -150,16 +165,43 @@ def test_it_is_written_every_minute(tmp_path: Path) -> None:
     assert path.exists()
 
 
-def test_what_the_disk_refuses_is_said_and_tried_again(tmp_path: Path, host: Host) -> None:
+def test_what_the_disk_refuses_is_said_and_tried_again(tmp_path: Path) -> None:
+    workers = list[AtOnce]()
+
+    def begin(work: Work) -> Worker:
+        workers.append(AtOnce(work))
+        return workers[-1]
+
     folder = tmp_path / "away"
+    host = stepped_host(WallClock())._replace(begin_worker=begin)
     memory = NonvolatileMemory(folder / "machine.json", host)
     memory.take(row(), RULE)
     assert "machine.json cannot be written" in memory.lost
     assert len(memory.lost.splitlines()) == 1
     folder.mkdir()
-    memory.take(row(), RULE)
+    workers[0].wake()  # a second later
     assert memory.lost == ""
     assert (folder / "machine.json").exists()
+
+
+def test_whoever_records_waits_for_no_disk_and_an_end_does(tmp_path: Path) -> None:
+    may_write = threading.Event()
+
+    class SlowFiles(type(THIS_COMPUTER.files)):  # type: ignore[misc]
+        def write(self, path: Path, content: str) -> None:
+            may_write.wait(60.0)
+            super().write(path, content)
+
+    host = THIS_COMPUTER._replace(files=SlowFiles())
+    memory = NonvolatileMemory(path := tmp_path / "machine.json", host)
+    for passes in range(3):
+        memory.take(row(episode__passes=float(passes)), RULE)
+    assert not finish(memory.close(0.05), host.clock)
+    may_write.set()
+    assert finish(memory.close(60.0), host.clock)
+    found = nonvolatile_memory.recall(path, WROTE_NS, 0.0)
+    assert found is not None
+    assert found.kept.episode.passes == 2  # the newest
 
 
 def test_a_machine_whose_patient_goes_with_the_computer_keeps_nothing(host: Host) -> None:

@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from opensuction.host.host import NS_PER_S, Clock, Files, Host
+from opensuction.host.host import NS_PER_S, Clock, Host, Steps, Work, after
 from opensuction.kernel.codegen import plain_row
 from opensuction.kernel.compiled import as_python
 from opensuction.kernel.errors import InputError
@@ -45,8 +45,13 @@ _BEFORE_A_PASS: Final = (Phase.CHECKING, Phase.PRELOADING)
 _STEP_EPISODE: Final = as_python(schedule.step_episode)
 
 
-class _Written(NamedTuple):
-    """State that is on the disk."""
+AGAIN_S: Final = 1.0
+"""How long the work waits where the disk has refused it."""
+LOOKS_S: Final = 0.01
+
+
+class _Known(NamedTuple):
+    """State of a controller, as far as it makes the copy another one."""
 
     watched: tuple[float, ...]
     is_resting: bool
@@ -55,14 +60,18 @@ class _Written(NamedTuple):
 
 
 class NonvolatileMemory:
-    """The copy, for whoever keeps it."""
+    """The copy, for whoever keeps it; written beside its steps, for a disk may be slow."""
 
     def __init__(self, path: Path | None, host: Host) -> None:
         """path: of its file; None: nothing is kept."""
         self._path, self._files, self._clock = path, host.files, host.clock
-        self._written: _Written | None = None
+        self._known: _Known | None = None
+        self._due: str | None = None
+        """Content that is to be written; None where the disk has the newest, or it is under way."""
+        self._is_writing = False
         self.lost = ""
         """Reason why it is not kept; empty where it is."""
+        self._worker = None if path is None else host.begin_worker(self._work(path))
 
     def take(self, row: Array, rule: PassRule) -> None:
         """Keep what a controller knows as of a row, where it has changed.
@@ -70,37 +79,63 @@ class NonvolatileMemory:
         row: by `loop.ROW_COLUMNS`. rule: for passes, that the controller goes by. A pass that a
         cycle is about to make counts as made.
         """
-        if self._path is None:
+        if self._worker is None:
             return
         phase, now_s = int(row[_PHASE]), self._clock.monotonic_ns() / NS_PER_S
-        found = _Written(tuple(row[_WATCHED].tolist()), phase in _RESTING, float(row[_AGE]), now_s)
-        if self._written is not None and _is_same(self._written, found):
+        found = _Known(tuple(row[_WATCHED].tolist()), phase in _RESTING, float(row[_AGE]), now_s)
+        if self._known is not None and _is_same(self._known, found):
             return
         kept = plain_row.unpack(Interlocks, np.ascontiguousarray(row[_PLACES]))
         if phase in _BEFORE_A_PASS:
             begun = _STEP_EPISODE(rule, kept.episode, phase, Phase.INSERTING, 0.0)
             kept = kept._replace(episode=begun)
-        try:
-            _write(self._files, self._path, kept, phase, self._clock)
-        except OSError as error:
-            self.lost = f"{self._path} cannot be written: {error.strerror or error}"
-        else:
-            self._written, self.lost = found, ""
+        self._known, self._due = found, _compose(kept, phase, self._clock)
+        self._worker.wake()
+
+    def close(self, patience_s: float) -> Steps[bool]:
+        """Wait until all is written; true where it is within this time."""
+        ends_ns = after(self._clock, patience_s)
+        while self._due is not None or self._is_writing:
+            if self._clock.monotonic_ns() >= ends_ns:
+                return False
+            yield after(self._clock, LOOKS_S)
+        return True
+
+    def _work(self, path: Path) -> Work:
+        """Write what is due, and the newest only."""
+        while True:
+            content, self._is_writing = self._due, True
+            if content is None:
+                self._is_writing = False
+                yield None
+                continue
+            try:
+                self._files.write(path, content)
+            except OSError as error:
+                self.lost = f"{path} cannot be written: {error.strerror or error}"
+                self._is_writing = False
+                yield after(self._clock, AGAIN_S)
+                continue
+            self.lost = ""
+            if self._due is content:
+                self._due = None
+            self._is_writing = False
 
 
-def _is_same(written: _Written, found: _Written) -> bool:
+def _is_same(known: _Known, found: _Known) -> bool:
     """True where nothing has changed but by time, and that not for long."""
-    is_other = found.watched != written.watched or found.is_resting != written.is_resting
-    return not is_other and found.age_s >= written.age_s and found.at_s < written.at_s + WRITES_S
+    is_other = found.watched != known.watched or found.is_resting != known.is_resting
+    return not is_other and found.age_s >= known.age_s and found.at_s < known.at_s + WRITES_S
 
 
-def _write(files: Files, path: Path, kept: Interlocks, phase: int, clock: Clock) -> None:
+def _compose(kept: Interlocks, phase: int, clock: Clock) -> str:
+    """Content of the file."""
     told = {
         "kept": plain_row.write(Interlocks, kept),
         "phase": phase,
         "wall_ns": clock.wall_ns(),
     }
-    files.write(path, json.dumps(told, indent=1))
+    return json.dumps(told, indent=1)
 
 
 def recall(path: Path, now_ns: int, on_s: float) -> Before | None:

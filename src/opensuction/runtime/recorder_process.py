@@ -59,7 +59,9 @@ EVERY_S = 0.02
 REFUSED_S = 0.1
 """How often where the disk refuses: all rows that it has not taken are read again each time."""
 SYNCS_S = 1.0
-"""How often the disk is waited for while a recording goes on."""
+"""How often the disk is waited for while a recording goes on, at most."""
+SYNCS_REST = 20
+"""It is left alone for so many times as long as it was waited for."""
 QUIET_S = 0.5
 """Without rows for longer than this the controller may be another one by now."""
 ROOM_S = 6.0
@@ -75,6 +77,7 @@ class Keeping(NamedTuple):
     writer: DatabaseWriter
     mark: ReadCheckpoint
     flushed: Flushed
+    memory: NonvolatileMemory
 
 
 class ControllerSession:
@@ -83,8 +86,10 @@ class ControllerSession:
     def __init__(
         self, folder: Path, out: Path, source: Source, keeping: Keeping, host: Host
     ) -> None:
-        self._folder, self._source, self._clock, self._syncs_ns = folder, source, host.clock, 0
-        self._writer, mark, self._flushed = keeping
+        self._folder, self._source, self._clock = folder, source, host.clock
+        self._syncs_ns = self._syncing_since_ns = 0
+        """When the disk is waited for next, and since when it is; 0: it is not."""
+        self._writer, mark, self._flushed, self._memory = keeping
         self._mark, writer = mark, self._writer
         run = source.run.name
         self._place = mark.find(run) or Place(0, 0)
@@ -105,8 +110,6 @@ class ControllerSession:
             lambda name: recorder.is_after(name, run, last),
             None if unseen is None else (unseen, self._context),
         )
-        memory = self._about.memory
-        self._memory = NonvolatileMemory(None if memory is None else Path(memory), host)
         self._followed = self._place.row
         self._unrecorded = 0
         """Rows that were followed and that the disk never took; nothing on record tells of them."""
@@ -178,12 +181,19 @@ class ControllerSession:
             self._mark.set(self._source.run.name, self._place)
 
     def _sync(self) -> None:
-        """Have the disk keep what was recorded, now and then: a loss of power takes the rest."""
+        """Have the disk keep what was recorded, now and then: a loss of power takes the rest.
+
+        One that is slow is asked less often: it has enough to do with what is written.
+        """
         now_ns = self._clock.monotonic_ns()
-        is_due = self._recorder.is_recording and now_ns >= self._syncs_ns
-        if is_due and self._writer.is_idle:
-            self._syncs_ns = now_ns + round(SYNCS_S * NS_PER_S)
+        if not (self._recorder.is_recording and self._writer.is_idle):
+            return
+        if self._syncing_since_ns:
+            took_ns, self._syncing_since_ns = now_ns - self._syncing_since_ns, 0
+            self._syncs_ns = now_ns + max(round(SYNCS_S * NS_PER_S), SYNCS_REST * took_ns)
+        if now_ns >= self._syncs_ns:
             assert self._recorder.path is not None
+            self._syncing_since_ns = now_ns
             self._writer.sync(self._recorder.path)
 
     def _tell_unrecorded(self) -> None:
@@ -228,7 +238,10 @@ class RecorderService:
         self._heartbeat, told = Heartbeat(folder, host), machine_folder.read(folder)
         self._writer = DatabaseWriter(told.database, host, open_records)
         self._keeping = Keeping(
-            self._writer, ReadCheckpoint(folder / MARK), Flushed(folder / FLUSHED)
+            self._writer,
+            ReadCheckpoint(folder / MARK),
+            Flushed(folder / FLUSHED),
+            NonvolatileMemory(None if told.memory is None else Path(told.memory), host),
         )
         # Before anything else is written: what a recorder that died had written is as it was.
         notes = self._keeping.flushed
@@ -257,6 +270,8 @@ class RecorderService:
             # Another controller has begun, and it was not looked for yet.
             with contextlib.suppress(InputError, OSError):
                 yield from self._record(self._find())
+        if not (yield from self._keeping.memory.close(PATIENCE_S)):
+            self._host.say(f"not kept: {self._keeping.memory.lost}")
         if not (yield from self._writer.close(PATIENCE_S)):
             self._host.say(f"not all was put on record: {self._writer.lost}")
         self._heartbeat.end(Process.RECORDER)

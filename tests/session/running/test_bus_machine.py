@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from opensuction.host.host import finish
 from opensuction.host.this_computer import THIS_COMPUTER
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.vocabulary import Phase
@@ -221,6 +222,7 @@ def test_a_controller_keeps_what_was_known_before_the_computer_was_off(
     row["state.core.procedure.phase"] = float(Phase.SUCTIONING)
     memory = NonvolatileMemory(Path(running.about.memory), THIS_COMPUTER)
     memory.take(np.array(list(row.values())), prepared.loop.controller.service.passes)
+    assert finish(memory.close(60.0), THIS_COMPUTER.clock)
     switch_off(folder)
     for is_first in (True, False):  # whoever begins, and begins again
         running = machine.begin(NAME, prepared, None, anew=False, bus=emulated)

@@ -237,7 +237,7 @@ class SimulatedComputer:
             process = activity.process
             if process.status is not None or number != activity.number:
                 continue
-            free_ns = max(process.frozen_until_ns, process.busy_until_ns)
+            free_ns = max(process.frozen_until_ns, process.busy_until_ns, activity.busy_until_ns)
             if free_ns > due_ns:
                 self.queue_at(activity, free_ns)
                 continue

@@ -80,12 +80,21 @@ class SimulatedDisk:
         """Take back the room of what was cut off."""
         self._room += size_bytes
 
+    def stall_thread(self) -> None:
+        """Keep whoever syncs waiting where the disk is slow, and no other thread of its process."""
+        running, now_ns = self._computer.running, self._computer.now_ns
+        if running is not None and now_ns < self.slow_until_ns:
+            running.busy_until_ns = now_ns + self._draw_stall_ns()
+
+    def _draw_stall_ns(self) -> int:
+        return round(self._chance.uniform(*STALL_S) * NS_PER_S)
+
     def stall(self, process: SimulatedProcess, share: float) -> None:
         """Keep a process waiting where the disk is slow, for a share of what it asks."""
         now_ns = self._computer.now_ns
         if now_ns < self.slow_until_ns and self._chance.random() < share:
             busy_ns = max(process.busy_until_ns, now_ns)
-            process.busy_until_ns = busy_ns + round(self._chance.uniform(*STALL_S) * NS_PER_S)
+            process.busy_until_ns = busy_ns + self._draw_stall_ns()
 
     def sync(self, path: Path) -> None:
         """See `host.Files.sync`."""
@@ -178,11 +187,11 @@ class SimulatedFiles:
         return made
 
     def write(self, path: Path, content: str) -> None:
-        """See `host.Files.write`."""
-        self._disk.stall(self._process, 1.0)
+        """See `host.Files.write`: only the thread waits that asks for it."""
+        self._disk.stall_thread()
         self._disk.write(path, content.encode())
 
     def sync(self, path: Path) -> None:
-        """See `host.Files.sync`."""
-        self._disk.stall(self._process, 1.0)
+        """See `host.Files.sync`: only the thread waits that asks for it."""
+        self._disk.stall_thread()
         self._disk.sync(path)

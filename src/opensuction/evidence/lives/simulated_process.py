@@ -23,6 +23,8 @@ class System(Protocol):
 
     now_ns: int
     wall_offset_ns: int
+    running: "Activity | None"
+    """Whose step is being done."""
     locks: "dict[Path, SimulatedLock]"
     """Those that are held, by their paths."""
     inboxes: "dict[Path, SimulatedInbox]"
@@ -57,6 +59,8 @@ class Activity:
         self.number = 0
         """Of the entry in the queue that counts; others have been overtaken."""
         self.has_ended = False
+        self.busy_until_ns = 0
+        """Until then it waits for the disk."""
 
 
 class SimulatedProcess:
