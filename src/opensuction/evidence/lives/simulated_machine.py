@@ -147,8 +147,6 @@ class SimulatedMachine:
         self._supervisor: Child | None = None
         self.is_closing = False
         """Nobody starts a supervisor again."""
-        self.dark_ns: list[int] = []
-        """Instants at which the computer lost its power."""
         self._dark_until_ns = 0
         self._begin()
 
@@ -212,7 +210,6 @@ class SimulatedMachine:
         """
         self.judge.look()
         self.witness.look()
-        self.dark_ns.append(self.computer.now_ns)
         for process in self.computer.processes.values():
             if (
                 process.module not in (twin_machine.PROCESS, NURSE, VISITOR)
