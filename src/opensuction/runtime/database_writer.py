@@ -46,7 +46,7 @@ class Context(NamedTuple):
 class _Reach:
     """A row until which everything was handed over, which moves on until it is its turn.
 
-    A machine hands one over 50 times a second, for as long as a database may be away.
+    A machine hands one over 20 times a second, for as long as a database may be away.
     """
 
     def __init__(self, followed: int, row: int, reached: Callable[[int, int], None]) -> None:

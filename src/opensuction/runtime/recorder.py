@@ -33,6 +33,8 @@ AROUND_S = 1.0
 """How much before and after goes with it."""
 HEARD = 64
 """Events of that time, at most."""
+MOST_ROWS = 1000
+"""Of a chunk: a disk that keeps the recorder waiting is asked once for all that came meanwhile."""
 PARTS = 1000
 """Files of one recording, at most: each recorder that begins anew makes one."""
 NEVER = -1
@@ -332,13 +334,22 @@ class Recorder:
         flushed, path, create = self._flushed, self.path, self._files.create
         assert path is not None
         if flushed is None:
-            return RecordingWriter(path, heading, row_schema.TABLES, create=create)
+            return RecordingWriter(
+                path, heading, row_schema.TABLES, most_rows=MOST_ROWS, create=create
+            )
 
         def tell(before: Extent, after: Extent) -> None:
             flushed.put(path.name, note._replace(before=before, after=after))
 
         try:
-            return RecordingWriter(path, heading, row_schema.TABLES, create=create, flushing=tell)
+            return RecordingWriter(
+                path,
+                heading,
+                row_schema.TABLES,
+                most_rows=MOST_ROWS,
+                create=create,
+                flushing=tell,
+            )
         except OSError:
             flushed.drop(path.name, was_made=False)
             raise

@@ -54,7 +54,7 @@ from opensuction.runtime.nonvolatile_memory import NonvolatileMemory
 from opensuction.runtime.recorder import Recorder
 from opensuction.runtime.recorder_source import Source
 
-EVERY_S = 0.02
+EVERY_S = 0.05
 """How often it looks: well before the ring of 10 s comes round."""
 REFUSED_S = 0.1
 """How often where the disk refuses: all rows that it has not taken are read again each time."""

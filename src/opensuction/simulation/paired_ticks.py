@@ -171,12 +171,18 @@ def _tick_machine(
 
 
 @compiled
+def _looks(machine: MachineRow) -> bool:
+    """True where the machine's next step looks for another controller."""
+    return bool((machine.heard.counts[SILENT_TICKS] + 1) % machine.look_ticks == 0)
+
+
+@compiled
 def _has_more_to_do(
     loop: LoopSide, machine: MachineRow, from_machine: RingEnds, stretch: Stretch, who: int
 ) -> bool:
     """True where a step is more than its tick."""
     if who == MACHINE:
-        return bool((machine.heard.counts[SILENT_TICKS] + 1) % machine.look_ticks == 0)
+        return _looks(machine)
     counts = loop.memory.counts
     same = _newest(from_machine.read_header) == counts[NUMBER]
     if same and stretch.clocks[LOOP, DUE] >= stretch.looks_ns:
@@ -234,3 +240,20 @@ def play(
         if loop.memory.outputs[phase] != before:
             return count + 1
     return min(stretch.at_ns.size, stretch.draws.size // DRAWS)
+
+
+@compiled
+def play_machine(
+    machine: MachineRow, to_machine: RingEnds, from_machine: RingEnds, stretch: Stretch
+) -> int:
+    """Play ticks of a machine that nobody controls; see `play`."""
+    message = np.empty(to_machine.slots.shape[1] - slot.AROUND, np.uint64)
+    clock, period_ns = stretch.clocks[MACHINE], stretch.periods_ns[MACHINE]
+    most = min(stretch.at_ns.size, stretch.draws.size // DRAWS)
+    for count in range(most):
+        if clock[DUE] >= stretch.ends_ns or _looks(machine):
+            return count
+        stretch.at_ns[count], stretch.who[count] = clock[DUE], MACHINE
+        _tick_machine(machine, to_machine, from_machine, message, clock, period_ns)
+        _schedule(stretch, MACHINE, clock[DEADLINE] + period_ns, DRAWS * count)
+    return most

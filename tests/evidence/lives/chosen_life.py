@@ -5,8 +5,8 @@ from opensuction.evidence.lives.life import Life, LifeResult
 from opensuction.evidence.lives.life_fault import LifeFault
 
 
-def play(*faults: LifeFault) -> LifeResult:
-    return life.play(Life(1, 3, faults))
+def play(*faults: LifeFault, seed: int = 1) -> LifeResult:
+    return life.play(Life(seed, 3, faults))
 
 
 def broken(found: LifeResult) -> set[str]:

@@ -11,6 +11,8 @@ from tests.evidence.lives.planted import PLANTED, PlantedFault
 BY_NAME = {one.name: one for one in PLANTED}
 MOST_LIVES = 60
 """Lives that a planted fault is looked for in, by the seeds from 0 on."""
+SEEDS = range(1, 5)
+"""Of lives with chosen faults, one after the other until one breaks the invariant."""
 OPEN = {"finds-nobody", "no-keys", "no-mark"}
 """Not found yet, and looked for all the same."""
 QUIET = (LifeFault(Kind.SLOW, "", None, 0.0, 0.001),)
@@ -48,7 +50,8 @@ def test_a_planted_fault_breaks_its_invariant(name: str, monkeypatch: pytest.Mon
     invariant, faults = QUICK[name]
     monkeypatch.setattr(life, "LONGEST_S", 20.0)  # some never settle
     BY_NAME[name].plant(monkeypatch)
-    assert invariant in broken(play(*faults))
+    # Which process is the first to be there again is drawn by the seed.
+    assert any(invariant in broken(play(*faults, seed=seed)) for seed in SEEDS)
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,21 @@ def test_at_most_a_chunk_of_rows_waits_and_flush_leaves_none(tmp_path: Path, add
         assert _rows_in(path) == added
 
 
+@pytest.mark.parametrize(
+    ("added", "chunks"),
+    [(49, []), (130, [130]), (1000, [1000]), (1001, [1000]), (2100, [1000, 1000, 100])],
+)
+def test_what_comes_at_once_is_written_at_once(
+    tmp_path: Path, added: int, chunks: list[int]
+) -> None:
+    """For a disk that has kept the writer waiting; what is left waits for more as ever."""
+    path, tables = tmp_path / "a.mcap", {"/tick": example.COLUMNS}
+    with RecordingWriter(path, example.HEADING, tables, most_rows=1000) as file:
+        file.add_rows("/tick", example.times_ns(added), example.rows(added))
+        found = RecordingReader(path).contents()
+        assert [len(one.table) for one in found if isinstance(one, Rows)] == chunks
+
+
 def test_nothing_waits_longer_than_a_tenth_of_a_second(tmp_path: Path) -> None:
     path, tables, step_s = tmp_path / "a.mcap", {"/tick": example.COLUMNS}, 0.02
     with RecordingWriter(path, example.HEADING, tables) as file:

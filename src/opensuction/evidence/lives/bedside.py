@@ -15,7 +15,7 @@ from opensuction.runtime import machine_folder
 from opensuction.runtime.loop import ROW_COLUMNS
 
 NURSE, VISITOR = "nurse", "visitor"
-LOOK_S = 0.05
+LOOK_S = 0.1
 """How often people look at the machine."""
 PRESS_S = 0.06
 """Between two buttons of one person."""

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.evidence.lives.paired_stretch import Pair, PairedStretches
+from opensuction.evidence.lives.paired_stretch import NEVER_NS, Pair, PairedStretches
 from opensuction.evidence.lives.simulated_disk import SimulatedDisk, SimulatedFiles
 from opensuction.evidence.lives.simulated_process import (
     KILLED,
@@ -55,7 +55,6 @@ FIRST_PID = 1000
 BEGAN_WALL_NS = 1_750_000_000 * NS_PER_S
 """UTC at the monotonic clock's zero: nothing is special about it."""
 SLOW = 20
-NEVER_NS = 1 << 62
 
 
 _Entry = tuple[int, int, "Activity | Callable[[], object]"]
@@ -306,6 +305,17 @@ class SimulatedComputer:
                     continue
             return None if second_ns is None else (second_ns, at_ns)
         return None if second_ns is None else (second_ns, NEVER_NS)
+
+    def next_due_ns(self) -> int:
+        """Instant at which anybody is due."""
+        while self._queue:
+            at_ns, number, activity = self._queue[0]
+            if not isinstance(activity, Activity):
+                return at_ns
+            if activity.process.status is None and number == activity.number:
+                return at_ns
+            heapq.heappop(self._queue)
+        return NEVER_NS
 
     def put_back(self) -> None:
         """Put what was taken last into the queue again, in its old place."""

@@ -234,14 +234,21 @@ def span_ns(batches: list[Batch]) -> tuple[int, int]:
     return int(times.min()), int(times.max())
 
 
-def chunk(before: bytes, batches: list[Batch], offset: int) -> tuple[bytes, ChunkIndex]:
+def compressor() -> zstandard.ZstdCompressor:
+    """Compressor of a file's chunks, for one thread."""
+    return zstandard.ZstdCompressor(level=LEVEL)
+
+
+def chunk(
+    before: bytes, batches: list[Batch], offset: int, compressor: zstandard.ZstdCompressor
+) -> tuple[bytes, ChunkIndex]:
     """A chunk and its message indexes as they stand in a file, and the index of the chunk.
 
     before: records that come first in it. offset: of the chunk in the file.
     """
     content = b"".join([before, *(batch.data for batch in batches)])
     first, last = span_ns(batches)
-    packed = zstandard.ZstdCompressor(level=LEVEL).compress(content)
+    packed = compressor.compress(content)
     written = record_bytes(
         Chunk(
             compression=COMPRESSION,

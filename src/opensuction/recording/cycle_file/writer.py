@@ -90,6 +90,7 @@ class RecordingWriter:
         heading: Heading,
         tables: Mapping[str, Sequence[SchemaColumn]],
         chunk_rows: int = FLUSHED_ROWS,
+        most_rows: int | None = None,
         create: Callable[[Path], File] = _create,
         flushing: Flushing | None = None,
     ) -> None:
@@ -97,16 +98,18 @@ class RecordingWriter:
 
         target: a path, or a file in memory, which stays open. tables: columns of the rows of each
         topic. chunk_rows: a chunk is written as soon as it has so many; fewer lose less when power
-        fails, more make a smaller file. create: makes the file, and raises FileExistsError where
-        there is one; by default with the rights that the umask leaves. flushing: told of each
-        write, before and after it; a write that failed is taken back the same way. Raises OSError
-        where the file cannot be written, and leaves none then.
+        fails, more make a smaller file. most_rows: of rows that come at once it takes so many, for
+        a disk that is behind; None: no more than others. create: makes the file, and raises
+        FileExistsError where there is one; by default with the rights that the umask leaves.
+        flushing: told of each write, before and after it; a write that failed is taken back the
+        same way. Raises OSError where the file cannot be written, and leaves none then.
         """
         self._file: File | BytesIO = target if isinstance(target, BytesIO) else create(target)
         self._is_kept = isinstance(target, BytesIO)
         self._name = str(target)
         self.began_ns = heading.began_ns
-        self._chunk_rows = chunk_rows
+        self._chunk_rows, self._most_rows = chunk_rows, most_rows or chunk_rows
+        self._compressor = frame.compressor()
         self._offset = self._crc = 0
         self._flushing, self._sha256 = flushing, hashlib.sha256()
         self.extent = EMPTY
@@ -179,7 +182,7 @@ class RecordingWriter:
             self.extent = after
 
     def _write_chunk(self, before: bytes, batches: list[Batch]) -> None:
-        data, index = frame.chunk(before, batches, self._offset)
+        data, index = frame.chunk(before, batches, self._offset, self._compressor)
         self._write(data)
         self._chunks.append(index)
         for batch in batches:
@@ -188,8 +191,8 @@ class RecordingWriter:
     def add_rows(self, topic: str, times_ns: NDArray[np.uint64], table: Table) -> None:
         """Rows of a topic.
 
-        times_ns: UTC of each, in nanoseconds since 1970. table: shape (rows, columns). The whole
-        chunks among them are written at once, the rest with the next ones or by `flush`. Raises
+        times_ns: UTC of each, in nanoseconds since 1970. table: shape (rows, columns). Where a
+        chunk is full they are written at once, else with the next ones or by `flush`. Raises
         OSError where they cannot be; the rows of that chunk are lost then.
         """
         layout = self._layouts[topic]
@@ -198,7 +201,7 @@ class RecordingWriter:
         channel = 1 + self._topics.index(topic)
         done = 0
         while done < len(table):
-            most = min(PACKED_ROWS, self._chunk_rows - self._pending_rows)
+            most = min(PACKED_ROWS, self._most_rows - self._pending_rows)
             some = slice(done, min(done + most, len(table)))
             rows = np.empty((some.stop - done, frame.MESSAGE_HEAD.itemsize + layout.size), np.uint8)
             row_schema.pack(layout, table[some], rows, frame.MESSAGE_HEAD.itemsize)
@@ -208,8 +211,10 @@ class RecordingWriter:
             self._pending.append(Batch(channel, rows.tobytes(), times_ns[some], places))
             self._pending_rows += len(rows)
             done = some.stop
-            if self._pending_rows == self._chunk_rows:
+            if self._pending_rows == self._most_rows:
                 self.flush()
+        if self._pending_rows >= self._chunk_rows:
+            self.flush()
 
     def add_event(self, time_ns: int, event: RecordedEvent) -> None:
         """An event; written with the next rows, or by `flush`. time_ns: as of a row."""
