@@ -4,6 +4,8 @@ import math
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -97,6 +99,54 @@ def test_a_steady_motion_is_led_by_a_period_and_no_jump_is_doubled() -> None:
         _, axes = send(image, axes, message(head_mm=asked_mm))
         led_mm.append(round(axes[0].target - asked_mm, 6))
     assert led_mm == [0.0, 0.0, 0.1, 0.1, 0.0, 0.0, 0.0, -0.1, -0.1, 0.0]
+
+
+def _bound(ways_mm: list[float], axes: Axes) -> list[float]:
+    """How far inwards of the head the target is, where commands are bound to it from now on.
+
+    ways_mm: of the head, in each period.
+    """
+    image, head_mm, behind_mm = image_of(*sound_cycle(0.0, ENABLED)), axes[0].asked, []
+    for way_mm in ways_mm:
+        head_mm += way_mm
+        sent = message(head_mm=head_mm)
+        _, axes = set_point.set_points(DEVICE, image, axes, sent, 0.0, read=(head_mm, math.nan))
+        behind_mm.append(axes[0].target - head_mm)
+    return behind_mm
+
+
+def _led(ways_mm: list[float]) -> Axes:
+    """The memory behind commands that are not bound."""
+    image, asked_mm = image_of(*sound_cycle(0.0, ENABLED)), 0.0
+    axes: Axes = (AxisControl(IN_OPERATION, 0.0), AT_START)
+    for way_mm in ways_mm:
+        asked_mm += way_mm
+        _, axes = send(image, axes, message(head_mm=asked_mm))
+    return axes
+
+
+def test_a_head_that_leaves_faster_than_planned_is_braked_by_its_target() -> None:
+    """A drive makes its feedforward from the targets: they go on as planned, or slow down so."""
+    steady, slowing = _led([-0.2] * 4), _led([-0.24, -0.23, -0.22, -0.21])
+    most_mm = 0.3 / DEVICE.bus.period_s * set_point.BRAKES_S
+    behind_mm = _bound([-0.3] * 3, steady)
+    assert np.diff(behind_mm) == pytest.approx(0.1)
+    assert behind_mm[-1] < most_mm
+    assert np.diff(_bound([-0.3] * 3, slowing)) == pytest.approx([0.11, 0.12])
+    assert _bound([-0.3] * 90, steady)[-1] == pytest.approx(most_mm)
+
+
+@given(
+    st.lists(st.floats(-0.5, 0.5), min_size=4, max_size=8),
+    st.lists(st.floats(-0.6, 0.6), min_size=2, max_size=30),
+)
+def test_no_target_is_further_in_than_a_bound_head_that_stands_or_goes_in(
+    led_mm: list[float], ways_mm: list[float]
+) -> None:
+    behind_mm = _bound(ways_mm, _led(led_mm))
+    share = set_point.BRAKES_S / DEVICE.bus.period_s
+    for (before, way), behind in zip(pairwise(ways_mm), behind_mm[1:], strict=True):
+        assert behind <= max(-0.5 * (before + way), 0.0) * share + 1e-9
 
 
 def test_a_drive_in_torque_mode_is_sent_the_torque_of_our_servos_volts() -> None:

@@ -163,10 +163,12 @@ def test_no_sound_machine_is_taken_for_a_broken_one(
 
 @pytest.mark.sweep
 def test_a_drive_has_its_torque_while_it_gains_speed(tmp_path: Path) -> None:
-    """On the way back from contact; with a part of it the head is late, and overshoots by 2 mm."""
+    """On the way back from contact; with a part of it the head is late, and overshoots by 2 mm. It
+    is braked where it is faster than planned; without that the tip has 1.35 times the error.
+    """
     choice = CycleChoice(RigChoice(seed=3), approach="contact")
     bus, twin = check(tmp_path, choice, 2)
-    assert bus.tracking_mm < 1.5 * twin.tracking_mm
+    assert bus.tracking_mm < MORE * twin.tracking_mm
 
 
 @pytest.mark.sweep

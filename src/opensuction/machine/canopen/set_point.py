@@ -46,6 +46,10 @@ AVERAGED_S: Final = 0.006
 more of the encoder's steps, with more the head follows less well. Measured: of 4, 6, 8 and 12 ms,
 before the torque that is read was averaged, the least that had no sound machine broken off. See
 docs/evidence/2026-11-29-drives-on-a-bus.md."""
+BRAKES_S: Final = 0.01
+"""[design] Where a command is bound to where the axis was read, the target stays behind an axis
+that leaves by at most its way in this time: none for one that stands. Measured: of 5, 10, 20 and
+40 ms all brake as well, see docs/evidence/2026-11-29-drives-on-a-bus.md."""
 STRAY_SHARE: Final = 0.005
 """[design] Share of its range by which an axis may stand beyond it."""
 SYNC: Final = CanFrame(SYNC_ID, b"")
@@ -70,6 +74,12 @@ class AxisControl(NamedTuple):
     """Speeds that were asked for, the newest first, as long as a speed is late."""
     beyond_per_s2: float = 0.0
     """Acceleration that was read beyond the one that was asked for, averaged."""
+    planned: float = 0.0
+    """Way of a period by the commands; carried on while they are bound to where the axis is."""
+    gained: float = 0.0
+    """Change of that way from one period to the next."""
+    is_bound: bool = True
+    """The last command was bound to where the axis was read."""
 
 
 AT_START: Final = AxisControl(power_state.AT_START, math.nan)
@@ -174,11 +184,43 @@ def _step_axis(
         return control._replace(power=power, target=here, asked=here, moved=0.0)
     step = axis.most_per_s * period_s
     moved = 0.0 if math.isnan(control.asked) else position - control.asked
-    # A command that is bound to where the axis was read has the speed of its encoder's steps.
-    target = position if position == read else position + _lead(moved, control.moved)
+    control = _plan(control, moved, position == read)
+    if control.is_bound:  # it has the speed of the encoder's steps: it is not led
+        target = position + _brake(control, position, moved, period_s)
+    else:
+        target = position + _lead(moved, control.moved)
     target = min(max(target, control.target - step), control.target + step)
     target = min(max(target, axis.lowest), axis.highest)
     return control._replace(power=power, target=target, asked=position, moved=moved)
+
+
+def _plan(control: AxisControl, moved: float, is_bound: bool) -> AxisControl:
+    """The memory with the way of this period by the commands.
+
+    While they are bound to where the axis is, a way that slowed down goes on doing so until it is
+    none, and any other goes on as it is.
+    """
+    before = control.planned
+    if not is_bound:
+        gained = 0.0 if control.is_bound else moved - before
+        return control._replace(planned=moved, gained=gained, is_bound=False)
+    slowed = before + control.gained
+    planned = slowed if abs(slowed) < abs(before) else before
+    return control._replace(planned=planned if slowed * before > 0.0 else 0.0, is_bound=True)
+
+
+def _brake(control: AxisControl, position: float, moved: float, period_s: float) -> float:
+    """Way by which the target stays behind an axis that leaves faster than planned.
+
+    A drive makes the feedforward of its servo from its targets: one that goes along with the axis
+    brakes nothing. position: bound to where the axis was read.
+    """
+    leaves = control.planned < 0.0 or (control.planned == 0.0 and control.gained > 0.0)
+    way = 0.5 * (moved + control.moved)
+    if not leaves or way >= 0.0:
+        return 0.0
+    behind = control.target + control.planned - position
+    return min(max(behind, 0.0), -way / period_s * BRAKES_S)
 
 
 def _late_s(axis: DriveAxis, period_s: float) -> float:
