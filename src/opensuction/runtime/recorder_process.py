@@ -59,9 +59,8 @@ EVERY_S = 0.05
 REFUSED_S = 0.1
 """How often where the disk refuses: all rows that it has not taken are read again each time."""
 SYNCS_S = 1.0
-"""How often the disk is waited for while a recording goes on, at most."""
-SYNCS_REST = 20
-"""It is left alone for so many times as long as it was waited for."""
+"""How long after it was waited for the disk is waited for again while a recording goes on; up to
+twice as long where it is slow."""
 QUIET_S = 0.5
 """Without rows for longer than this the controller may be another one by now."""
 ROOM_S = 6.0
@@ -183,14 +182,16 @@ class ControllerSession:
     def _sync(self) -> None:
         """Have the disk keep what was recorded, now and then: a loss of power takes the rest.
 
-        One that is slow is asked less often: it has enough to do with what is written.
+        One that is slow is asked less often: it has enough to do with what is written. Not seldom,
+        for it may be slow once.
         """
         now_ns = self._clock.monotonic_ns()
         if not (self._recorder.is_recording and self._writer.is_idle):
             return
         if self._syncing_since_ns:
             took_ns, self._syncing_since_ns = now_ns - self._syncing_since_ns, 0
-            self._syncs_ns = now_ns + max(round(SYNCS_S * NS_PER_S), SYNCS_REST * took_ns)
+            rest_ns = round(SYNCS_S * NS_PER_S)
+            self._syncs_ns = now_ns + rest_ns + min(took_ns, rest_ns)
         if now_ns >= self._syncs_ns:
             assert self._recorder.path is not None
             self._syncing_since_ns = now_ns

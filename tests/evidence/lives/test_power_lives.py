@@ -4,7 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
-from opensuction.evidence.lives.life_fault import Kind, LifeFault
+from opensuction.evidence.lives import life
+from opensuction.evidence.lives.life import Life
+from opensuction.evidence.lives.life_fault import RECORDER, Kind, LifeFault
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime import nonvolatile_memory
 from opensuction.runtime.database_writer import DatabaseWriter
@@ -45,6 +47,16 @@ def test_a_loss_of_power_brings_the_catheter_out_and_resets_no_limit(
     if fault.phase is not None:
         assert "people are told: watchdog-fired" in after
     assert {"phase parked", "phase halted"} & set(after)
+
+
+def test_a_disk_that_was_slow_once_is_asked_to_keep_a_recording_soon_again() -> None:
+    """Ten seconds before the power goes; a sync had taken two seconds then."""
+    faults = (
+        LifeFault(Kind.DISK_SLOW, "", Phase.CHECKING, 0.058991217020704236, 1.0664744366259244),
+        LifeFault(Kind.KILL, RECORDER, Phase.CHECKING, 0.05982196079344959, 0.0),
+        LifeFault(Kind.POWER, "", Phase.CLOSING, 0.06486292049895756, 4.0630505816299305),
+    )
+    assert life.play(Life(1002351, 45, faults)).violations == ()
 
 
 def test_a_catheter_of_unknown_age_is_changed_before_a_cycle() -> None:

@@ -44,7 +44,7 @@ class SimulatedDisk:
         self._computer = computer
         self._chance = random.Random(f"disk {seed}")
         self.full_until_ns = self.failing_until_ns = self.slow_until_ns = self.away_until_ns = 0
-        self._room = 0
+        self._room = self._stalled_until_ns = 0
         self.synced: dict[Path, int] = {}
         """Bytes that the disk has of each file."""
 
@@ -57,9 +57,8 @@ class SimulatedDisk:
     @property
     def unsound_until_ns(self) -> int:
         """Instant until which it refuses something, or keeps somebody waiting."""
-        return max(
-            self.full_until_ns, self.failing_until_ns, self.slow_until_ns, self.away_until_ns
-        )
+        lasts_ns = max(self.full_until_ns, self.failing_until_ns, self.away_until_ns)
+        return max(lasts_ns, self.slow_until_ns, self._stalled_until_ns)
 
     def fill(self, until_ns: int) -> None:
         """Have it full until then: writes that need room are refused."""
@@ -84,7 +83,7 @@ class SimulatedDisk:
         """Keep whoever syncs waiting where the disk is slow, and no other thread of its process."""
         running, now_ns = self._computer.running, self._computer.now_ns
         if running is not None and now_ns < self.slow_until_ns:
-            running.busy_until_ns = now_ns + self._draw_stall_ns()
+            running.busy_until_ns = self._stalled_until_ns = now_ns + self._draw_stall_ns()
 
     def _draw_stall_ns(self) -> int:
         return round(self._chance.uniform(*STALL_S) * NS_PER_S)
