@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS
+from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, STATE_COLUMNS
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.interface import MESSAGE_COLUMNS
 from opensuction.kernel.record import Array
@@ -38,9 +38,10 @@ _TICK, _DT, _OVERRUN = (INPUT_COLUMNS.index(name) for name in ("tick", "dt_s", "
 _VALID = np.array([i for i, name in enumerate(INPUT_COLUMNS) if name.endswith("_valid")])
 _PHASE = OUTPUT_COLUMNS.index("phase")
 _PRESENT, _LATCHED = (OUTPUT_COLUMNS.index(name) for name in ("signals.present", "signals.latched"))
-_WANTED, _RESET, _RELEASED = (
-    MESSAGE_COLUMNS.index(name) for name in ("wanted", "reset", "released")
+_WANTED, _RESET, _RELEASED, _SPEED = (
+    MESSAGE_COLUMNS.index(name) for name in ("wanted", "reset", "released", "head_mm_per_s")
 )
+_COMMANDED_SPEED = STATE_COLUMNS.index("core.governor.last.head_mm_per_s")
 _RESTING = np.array(sorted(int(phase) for phase in RESTING))
 
 
@@ -135,6 +136,7 @@ def conclude(memory: LoopMemory, pace: LoopPace, state: Array, reset: bool) -> N
     if reset:
         counts[RESET] = tick
     sent[_RESET] = (tick - counts[RESET]) * pace.period_s <= RESET_S
+    sent[_SPEED] = state[_COMMANDED_SPEED]
     sent[_RELEASED] = (tick - counts[RELEASED]) * pace.period_s <= RELEASED_S
     if is_resting(outputs):
         memory.times[4] = AT_REST

@@ -195,6 +195,9 @@ class DriveMessage(NamedTuple):
     """A person pressed the button."""
     released: bool
     """The controller has just started: drives that act on their own obey it again."""
+    head_mm_per_s: float = 0.0
+    """Speed that belongs to the commanded head position, for drives with a servo of their own. It
+    is the plan's where that position is bound to where the head was read."""
 
 
 MESSAGE_COLUMNS = row.columns(DriveMessage)

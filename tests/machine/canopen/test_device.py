@@ -39,6 +39,7 @@ def axis(counts_per_unit: float, zero: int) -> DriveAxis:
         most_torque=1.0,
         motor=AxisMotor(rated_v=24.0, back_emf_v_s=1.0, speed_lag_s=0.01),
         lost_host=AbortConnection.WITHDRAW,
+        velocity_offset=True,
         following_window=0.0,
         homing=Homing(method=0, at=0.0, per_s=1.0, slow_per_s=1.0, per_s2=1.0),
     )

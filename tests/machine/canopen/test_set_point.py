@@ -4,7 +4,6 @@ import math
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,6 +15,7 @@ from opensuction.machine.canopen import power_state, process_image, set_point
 from opensuction.machine.canopen.device import AxisMode, AxisMotor
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
+    AXIS_FEEDFORWARD,
     AXIS_TARGET,
     AXIS_TORQUE,
     MODULE_ANNUNCIATOR,
@@ -101,52 +101,85 @@ def test_a_steady_motion_is_led_by_a_period_and_no_jump_is_doubled() -> None:
     assert led_mm == [0.0, 0.0, 0.1, 0.1, 0.0, 0.0, 0.0, -0.1, -0.1, 0.0]
 
 
-def _bound(ways_mm: list[float], axes: Axes) -> list[float]:
-    """How far inwards of the head the target is, where commands are bound to it from now on.
+BY_TARGETS = DEVICE._replace(
+    insertion=DEVICE.insertion._replace(velocity_offset=False, most_per_s=1000.0)
+)
 
-    ways_mm: of the head, in each period.
+
+def _bound(
+    ways_mm: list[float], planned_mm_per_s: float, moved_mm: float = -0.2
+) -> tuple[list[float], list[float]]:
+    """How far inwards of the head the target is, where commands are bound to it, and the ways.
+
+    ways_mm: of the head, in each period. moved_mm: its way in the one before.
     """
-    image, head_mm, behind_mm = image_of(*sound_cycle(0.0, ENABLED)), axes[0].asked, []
+    image, head_mm, behind_mm = image_of(*sound_cycle(0.0, ENABLED)), 0.0, []
+    axes: Axes = (AxisControl(IN_OPERATION, 0.0, asked=0.0, moved=moved_mm), AT_START)
     for way_mm in ways_mm:
         head_mm += way_mm
-        sent = message(head_mm=head_mm)
-        _, axes = set_point.set_points(DEVICE, image, axes, sent, 0.0, read=(head_mm, math.nan))
+        sent = message(head_mm=head_mm)._replace(head_mm_per_s=planned_mm_per_s)
+        read = (head_mm, math.nan)
+        _, axes = set_point.set_points(BY_TARGETS, image, axes, sent, 0.0, read=read)
         behind_mm.append(axes[0].target - head_mm)
-    return behind_mm
-
-
-def _led(ways_mm: list[float]) -> Axes:
-    """The memory behind commands that are not bound."""
-    image, asked_mm = image_of(*sound_cycle(0.0, ENABLED)), 0.0
-    axes: Axes = (AxisControl(IN_OPERATION, 0.0), AT_START)
-    for way_mm in ways_mm:
-        asked_mm += way_mm
-        _, axes = send(image, axes, message(head_mm=asked_mm))
-    return axes
+    return behind_mm, [moved_mm, *ways_mm]
 
 
 def test_a_head_that_leaves_faster_than_planned_is_braked_by_its_target() -> None:
-    """A drive makes its feedforward from the targets: they go on as planned, or slow down so."""
-    steady, slowing = _led([-0.2] * 4), _led([-0.24, -0.23, -0.22, -0.21])
-    most_mm = 0.3 / DEVICE.bus.period_s * set_point.BRAKES_S
-    behind_mm = _bound([-0.3] * 3, steady)
-    assert np.diff(behind_mm) == pytest.approx(0.1)
-    assert behind_mm[-1] < most_mm
-    assert np.diff(_bound([-0.3] * 3, slowing)) == pytest.approx([0.11, 0.12])
-    assert _bound([-0.3] * 90, steady)[-1] == pytest.approx(most_mm)
+    """Of a drive that makes its feedforward from its targets: they go on as planned."""
+    period_s = DEVICE.bus.period_s
+    behind_mm, _ = _bound([-0.3] * 3, -0.2 / period_s)
+    assert behind_mm == pytest.approx([0.1, 0.2, 0.3])
+    behind_mm, _ = _bound([-0.3] * 90, -0.2 / period_s)
+    assert behind_mm[-1] == pytest.approx(0.3 / period_s * set_point.BRAKES_S)
+    behind_mm, _ = _bound([-0.2] * 3, -0.3 / period_s)
+    assert behind_mm == [0.0] * 3
 
 
 @given(
-    st.lists(st.floats(-0.5, 0.5), min_size=4, max_size=8),
-    st.lists(st.floats(-0.6, 0.6), min_size=2, max_size=30),
+    st.floats(-160.0, 160.0),
+    st.floats(-0.5, 0.5),
+    st.lists(st.floats(-0.6, 0.6), min_size=1, max_size=30),
 )
 def test_no_target_is_further_in_than_a_bound_head_that_stands_or_goes_in(
-    led_mm: list[float], ways_mm: list[float]
+    planned_mm_per_s: float, moved_mm: float, ways_mm: list[float]
 ) -> None:
-    behind_mm = _bound(ways_mm, _led(led_mm))
+    found, ways_mm = _bound(ways_mm, planned_mm_per_s, moved_mm)
     share = set_point.BRAKES_S / DEVICE.bus.period_s
-    for (before, way), behind in zip(pairwise(ways_mm), behind_mm[1:], strict=True):
+    for (before, way), behind in zip(pairwise(ways_mm), found, strict=True):
         assert behind <= max(-0.5 * (before + way), 0.0) * share + 1e-9
+
+
+def _offsets(asked: list[tuple[float, float]], read_mm: float = math.nan) -> list[int]:
+    """Velocity offsets of the insertion drive, counts/s. asked: positions with their speeds."""
+    image, found = image_of(*sound_cycle(0.0, ENABLED)), list[int]()
+    axes: Axes = (AxisControl(IN_OPERATION, 0.0), AT_START)
+    for head_mm, mm_per_s in asked:
+        sent = message(head_mm=head_mm)._replace(head_mm_per_s=mm_per_s)
+        read = (read_mm, math.nan)
+        frames, axes = set_point.set_points(DEVICE, image, axes, sent, 0.0, read=read)
+        data = {one.can_id: one.data for one in frames}[rpdo_id(INSERTION, 2)]
+        found += AXIS_FEEDFORWARD.unpack(data)
+    return found
+
+
+def test_a_drive_is_sent_the_speed_of_its_targets_as_its_feedforward() -> None:
+    per_mm, period_s = DEVICE.insertion.counts_per_unit, DEVICE.bus.period_s
+    found = _offsets([(0.1 * k, 0.1 / period_s) for k in range(8)])
+    assert found[3:] == [round(0.1 / period_s * per_mm)] * 5
+    assert _offsets([(0.0, 0.0)] * 3) == [0] * 3
+
+
+def test_the_feedforward_of_a_command_that_is_bound_is_the_plans() -> None:
+    """The head's own speed would brake nothing."""
+    found = _offsets([(5.0, -20.0), (5.0, -10.0), (5.0, 0.0)], read_mm=5.0)
+    assert found[1:] == [round(-10.0 * DEVICE.insertion.counts_per_unit), 0]
+
+
+def test_a_drive_without_a_velocity_offset_is_sent_none() -> None:
+    image = image_of(*sound_cycle(0.0, ENABLED))
+    axes: Axes = (AxisControl(IN_OPERATION, 0.0), AT_START)
+    frames, _ = set_point.set_points(BY_TARGETS, image, axes, message(), 0.0)
+    assert rpdo_id(INSERTION, 2) not in {one.can_id for one in frames}
 
 
 def test_a_drive_in_torque_mode_is_sent_the_torque_of_our_servos_volts() -> None:
@@ -158,7 +191,6 @@ def test_a_drive_in_torque_mode_is_sent_the_torque_of_our_servos_volts() -> None
     sent = {one.can_id: one.data for one in frames}
     assert AXIS_TORQUE.unpack(sent[rpdo_id(INSERTION, 2)]) == (500,)
     assert rpdo_id(DEVICE.nodes[1], 2) not in sent  # the valve's has its own servo
-    assert rpdo_id(INSERTION, 2) not in send(image, axes, message(insertion_v=10.0))[0]
 
 
 @given(st.floats(-100.0, 100.0), st.floats(-200.0, 200.0), st.floats(-170.0, 460.0), st.booleans())

@@ -166,6 +166,11 @@ def by_torque(loop: Loop) -> Device:
     )
 
 
+def by_targets() -> Device:
+    """Their device file with an insertion drive that takes no velocity offset."""
+    return EMULATED._replace(insertion=EMULATED.insertion._replace(velocity_offset=False))
+
+
 class BusRoom(LoopRoom[BusMachine]):
     """The loop before emulated drives."""
 

@@ -6,9 +6,10 @@ import math
 import pytest
 
 from opensuction.kernel.codegen import plain_row
-from opensuction.machine.canopen import objects, power_state
+from opensuction.machine.canopen import node_setup, objects, power_state
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
+    AXIS_FEEDFORWARD,
     AXIS_MOTION,
     AXIS_STATUS,
     AXIS_TARGET,
@@ -24,6 +25,7 @@ from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineSide
 from opensuction.twin.machine.fail_safe import BRAKING_MM_PER_S2
 from tests.controller.bedside import at_bed
 from tests.machine.drives.emulated_bench import (
+    CYCLE_TICKS,
     INSERTION,
     VALVE,
     EmulatedBench,
@@ -103,6 +105,58 @@ def test_targets_are_followed_as_by_a_servo_in_process(bench: EmulatedBench) -> 
         drive_in(bench, 1, 10.0)
         speeds.append(bench.drives.insertion._set_point.position - before)
     assert speeds == pytest.approx([0.04] * 25, abs=1e-9)
+
+
+def _fed(bench: EmulatedBench, mm_per_s: float, cycles: int = 1) -> float:
+    """Speed for the feedforward, mm/s, behind cycles with a velocity offset."""
+    counts_per_s = round(mm_per_s * bench.device.insertion.counts_per_unit)
+    for _ in range(cycles):
+        frame = CanFrame(objects.rpdo_id(INSERTION, 2), AXIS_FEEDFORWARD.pack(counts_per_s))
+        bench.bus.send([frame])
+        bench.cycle()
+    return bench.drives.insertion._fed_velocity()
+
+
+@pytest.fixture
+def fed(bench: EmulatedBench) -> EmulatedBench:
+    """A drive whose feedforward comes with its targets."""
+    bench.operate()
+    for one in node_setup.entries(bench.device, 0):
+        bench.write(INSERTION, one.object_index, one.value, one.bits // 8, one.sub)
+    bench.command(1)
+    bench.enable(INSERTION)
+    return bench
+
+
+def test_the_feedforward_is_the_hosts_velocity_offset(fed: EmulatedBench) -> None:
+    """It goes over from one to the next within a period, and is none where targets are silent."""
+    assert _fed(fed, 20.0) == pytest.approx(20.0, abs=0.01)
+    between = []
+    fed.measured = lambda: between.append(fed.drives.insertion._fed_velocity())
+    assert _fed(fed, 40.0) == pytest.approx(40.0, abs=0.01)
+    assert between == pytest.approx([25.0, 30.0, 35.0, 40.0], abs=0.01)
+    for _ in range(2 * CYCLE_TICKS):
+        fed.tick()
+    assert fed.drives.insertion._fed_velocity() == 0.0
+
+
+def test_a_velocity_offset_is_bounded_and_leads_into_no_stop(fed: EmulatedBench) -> None:
+    drive = fed.drives.insertion
+    assert _fed(fed, 1000.0, 2) == pytest.approx(fed.device.insertion.most_per_s, rel=0.001)
+    seen = drive._seen
+    drive.measure(seen._replace(inputs=1 << fed.device.contact.closed_bit))
+    assert drive._fed_velocity() == 0.0
+    drive.measure(seen)
+    assert _fed(fed, -30.0, 2) == pytest.approx(-30.0, abs=0.01)
+    drive.measure(seen._replace(inputs=1 << fed.device.contact.closed_bit))
+    assert drive._fed_velocity() == pytest.approx(-30.0, abs=0.01)  # out is let through
+
+
+def test_a_drive_that_is_sent_no_velocity_offset_feeds_what_its_targets_show(
+    bench: EmulatedBench,
+) -> None:
+    moving(bench)
+    assert bench.drives.insertion._fed_velocity() == pytest.approx(10.0, abs=0.01)
 
 
 def test_two_control_words_within_a_tick_are_one(bench: EmulatedBench) -> None:

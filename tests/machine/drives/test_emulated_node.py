@@ -189,7 +189,7 @@ def test_the_module_tells_what_the_twin_reads_and_does_what_it_is_told(
             ]
         )
         bench.cycle()
-    assert bench.drives.row[6:].tolist() == [1.0, 100.0, 5.0, 1.0, 0.0]
+    assert bench.drives.row[6:].tolist() == [1.0, 100.0, 5.0, 1.0, 0.0, 0.0]
     assert bench.shown("annunciator.said") == 5.0
     vacuum = bench.device.module.vacuum
     read_mmhg = bench.shown("readings.line_vacuum_mmhg")

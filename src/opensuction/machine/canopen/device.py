@@ -120,6 +120,8 @@ class DriveAxis(NamedTuple):
     motor: AxisMotor
     lost_host: AbortConnection
     """Reaction to a host that is lost."""
+    velocity_offset: bool
+    """The drive's servo has its feedforward from us (0x60B1), not from its targets."""
     following_window: Annotated[float, Ge(0), Le(10_000)]
     """Distance from set point to position beyond which the drive takes its torque off (0x6065), mm
     or rad; 0: it never does."""

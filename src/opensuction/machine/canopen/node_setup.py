@@ -17,6 +17,7 @@ from opensuction.machine.canopen import device as units
 from opensuction.machine.canopen.device import AxisMode, Device, DriveAxis, Identity
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
+    AXIS_FEEDFORWARD,
     AXIS_MOTION,
     AXIS_STATUS,
     AXIS_TARGET,
@@ -217,6 +218,8 @@ def _axis_entries(device: Device, axis: DriveAxis) -> Iterator[Entry]:
     yield Entry(Axis.FAULT_REACTION, 0, 16, _SLOW_DOWN)
     if axis.mode == AxisMode.TORQUE:
         yield from _pdo(Communication.RPDO, 2, rpdo_id(axis.node, 2), AXIS_TORQUE)
+    elif axis.velocity_offset:
+        yield from _pdo(Communication.RPDO, 2, rpdo_id(axis.node, 2), AXIS_FEEDFORWARD)
     yield Entry(Axis.MODE, 0, 8, MODES[axis.mode])
     yield Entry(Axis.INTERPOLATION_PERIOD, 1, 8, round(device.bus.period_s * 1e3))
     yield Entry(Axis.INTERPOLATION_PERIOD, 2, 8, _MS)

@@ -6,7 +6,7 @@ its readings. All that passes in a cycle is listed here once, for both ends:
 | frame | holds |
 |---|---|
 | axis, RPDO 1 | control word, target position |
-| axis, RPDO 2 | target torque, in torque mode |
+| axis, RPDO 2 | target torque in torque mode, velocity offset in position mode where it is taken |
 | axis, TPDO 1 | status word, position, torque |
 | axis, TPDO 2 | velocity, digital inputs |
 | module, RPDO 1 | digital outputs, analogue outputs |
@@ -76,6 +76,7 @@ class Axis(IntEnum):
     VELOCITY = 0x606C
     """In counts/s: readings are carried on by it, over a period or two."""
     TARGET_TORQUE = 0x6071
+    VELOCITY_OFFSET = 0x60B1
     MAX_TORQUE = 0x6072
     RATED_CURRENT_MA = 0x6075
     RATED_TORQUE_MNM = 0x6076
@@ -191,6 +192,7 @@ def _frame(layout: str, *objects: tuple[int, int, int]) -> Frame:
 
 AXIS_TARGET: Final = _frame("Hi", (Axis.CONTROL_WORD, 0, 16), (Axis.TARGET_POSITION, 0, 32))
 AXIS_TORQUE: Final = _frame("h", (Axis.TARGET_TORQUE, 0, 16))
+AXIS_FEEDFORWARD: Final = _frame("i", (Axis.VELOCITY_OFFSET, 0, 32))
 AXIS_STATUS: Final = _frame(
     "Hih", (Axis.STATUS_WORD, 0, 16), (Axis.POSITION, 0, 32), (Axis.TORQUE, 0, 16)
 )

@@ -15,6 +15,7 @@ from opensuction.machine.canopen import power_state, process_image
 from opensuction.machine.canopen.device import AxisMode, Device, DriveAxis
 from opensuction.machine.canopen.frame_bus import CanFrame
 from opensuction.machine.canopen.objects import (
+    AXIS_FEEDFORWARD,
     AXIS_TARGET,
     AXIS_TORQUE,
     CONDITION_BITS,
@@ -74,12 +75,8 @@ class AxisControl(NamedTuple):
     """Speeds that were asked for, the newest first, as long as a speed is late."""
     beyond_per_s2: float = 0.0
     """Acceleration that was read beyond the one that was asked for, averaged."""
-    planned: float = 0.0
-    """Way of a period by the commands; carried on while they are bound to where the axis is."""
-    gained: float = 0.0
-    """Change of that way from one period to the next."""
-    is_bound: bool = True
-    """The last command was bound to where the axis was read."""
+    way: float = 0.0
+    """Way of the target in this period, as its velocity offset tells it."""
 
 
 AT_START: Final = AxisControl(power_state.AT_START, math.nan)
@@ -94,6 +91,8 @@ class Asked(NamedTuple):
     position: float
     read: float
     """Position that it had read then."""
+    per_s: float
+    """Speed that belongs to the position; NaN: as the positions have it."""
     is_homing: bool
     """Its position is not known yet."""
 
@@ -119,6 +118,7 @@ def set_points(
     wanted = (commands.insertion_on, commands.valve_on)
     positions = (commands.head_mm, commands.cam_rad)
     volts = (commands.insertion_v, commands.valve_v)
+    speeds = (message.head_mm_per_s, math.nan)
     frames: list[CanFrame] = []
     after = list(axes)
     for place, axis in enumerate(device.axes):
@@ -132,7 +132,7 @@ def set_points(
             image,
             place,
             axes[place],
-            Asked(wanted[place], positions[place], read[place], place in homing),
+            Asked(wanted[place], positions[place], read[place], speeds[place], place in homing),
             message,
         )
         after[place] = control
@@ -146,6 +146,10 @@ def set_points(
             here = units.position_of(axis, image.axes[place].counts)
             ratio = torque(axis, here, speed, volts[place])
             frames.append(CanFrame(rpdo_id(axis.node, 2), AXIS_TORQUE.pack(ratio)))
+        elif axis.velocity_offset:
+            period_s = device.bus.period_s
+            counts_per_s = round(control.way / period_s * axis.counts_per_unit)
+            frames.append(CanFrame(rpdo_id(axis.node, 2), AXIS_FEEDFORWARD.pack(counts_per_s)))
     if process_image.is_obeying(device, image, MODULE, now_s):
         frames += _outputs(device, message)
     return frames, (after[0], after[1])
@@ -161,7 +165,7 @@ def _step_axis(
     message: DriveMessage,
 ) -> AxisControl:
     """Control word and target of a drive in the next cycle."""
-    wanted, position, read, is_homing = asked
+    wanted, position, read, per_s, is_homing = asked
     state = process_image.state_of(image, place)
     if state != PowerState.OPERATION_ENABLED and not is_homing:
         wanted = wanted and is_in_range(axis, image.axes[place].counts)
@@ -181,46 +185,30 @@ def _step_axis(
     control = _note_speeds(axis, control, speed, asked_per_s, period_s)
     follows = state == PowerState.OPERATION_ENABLED and power.word == ENABLE_OPERATION
     if is_homing or not follows or math.isnan(control.target):
-        return control._replace(power=power, target=here, asked=here, moved=0.0)
+        return control._replace(power=power, target=here, asked=here, moved=0.0, way=0.0)
     step = axis.most_per_s * period_s
     moved = 0.0 if math.isnan(control.asked) else position - control.asked
-    control = _plan(control, moved, position == read)
-    if control.is_bound:  # it has the speed of the encoder's steps: it is not led
-        target = position + _brake(control, position, moved, period_s)
-    else:
-        target = position + _lead(moved, control.moved)
-    target = min(max(target, control.target - step), control.target + step)
+    # A command that is bound to where the axis was read has the speed of its encoder's steps.
+    is_led, planned = position != read, 0.0 if math.isnan(per_s) else per_s * period_s
+    lead = _lead(moved, control.moved) if is_led else 0.0
+    if not (is_led or axis.velocity_offset):
+        lead = _brake(control, position, planned, period_s)
+    target = min(max(position + lead, control.target - step), control.target + step)
     target = min(max(target, axis.lowest), axis.highest)
-    return control._replace(power=power, target=target, asked=position, moved=moved)
+    way = target - control.target if is_led else planned
+    return control._replace(power=power, target=target, asked=position, moved=moved, way=way)
 
 
-def _plan(control: AxisControl, moved: float, is_bound: bool) -> AxisControl:
-    """The memory with the way of this period by the commands.
-
-    While they are bound to where the axis is, a way that slowed down goes on doing so until it is
-    none, and any other goes on as it is.
-    """
-    before = control.planned
-    if not is_bound:
-        gained = 0.0 if control.is_bound else moved - before
-        return control._replace(planned=moved, gained=gained, is_bound=False)
-    slowed = before + control.gained
-    planned = slowed if abs(slowed) < abs(before) else before
-    return control._replace(planned=planned if slowed * before > 0.0 else 0.0, is_bound=True)
-
-
-def _brake(control: AxisControl, position: float, moved: float, period_s: float) -> float:
+def _brake(control: AxisControl, position: float, planned: float, period_s: float) -> float:
     """Way by which the target stays behind an axis that leaves faster than planned.
 
-    A drive makes the feedforward of its servo from its targets: one that goes along with the axis
-    brakes nothing. position: bound to where the axis was read.
+    A drive without a velocity offset makes the feedforward of its servo from its targets: one that
+    goes along with the axis brakes nothing. position: bound to where the axis was read. planned:
+    way of a period.
     """
-    leaves = control.planned < 0.0 or (control.planned == 0.0 and control.gained > 0.0)
-    way = 0.5 * (moved + control.moved)
-    if not leaves or way >= 0.0:
-        return 0.0
-    behind = control.target + control.planned - position
-    return min(max(behind, 0.0), -way / period_s * BRAKES_S)
+    way = 0.5 * (position - control.asked + control.moved)
+    behind = control.target + min(planned, 0.0) - position
+    return min(max(behind, 0.0), max(-way, 0.0) / period_s * BRAKES_S)
 
 
 def _late_s(axis: DriveAxis, period_s: float) -> float:

@@ -158,6 +158,7 @@ class EmulatedMachine:
             outputs.wanted,
             outputs.reset,
             outputs.released or self.insertion.was_reset,
+            0.0,  # the speed is for drives, not for what is behind them
         )
         # A drive without power has no program to run, either.
         self.has_news = not self.insertion.withdraws or self.insertion.number in self._lost
