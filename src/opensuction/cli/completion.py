@@ -76,6 +76,7 @@ COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
 LIFE_FAULTS = (
     "kill",
+    "kill-writing",
     "freeze",
     "standstill",
     "slow",

@@ -4,9 +4,11 @@ import pytest
 
 from opensuction.evidence.lives import life
 from opensuction.evidence.lives.life import Life
-from opensuction.evidence.lives.life_fault import ALL, Kind, LifeFault
+from opensuction.evidence.lives.life_fault import ALL, RECORDER, Kind, LifeFault
 from opensuction.ipc.ring import Place, ReadCheckpoint
-from opensuction.kernel.vocabulary import Phase
+from opensuction.kernel.vocabulary import CYCLE, Phase, name_of
+from opensuction.recording.cycle_file.frame import Extent
+from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.runtime import database_writer, loop, recorder
 from opensuction.runtime.database_writer import DatabaseWriter, Task
 from opensuction.runtime.recorder_process import REFUSED_S
@@ -136,6 +138,45 @@ def test_a_recorder_that_asks_a_slow_disk_for_each_fifty_rows_is_found(
     monkeypatch.setattr(recorder, "MOST_ROWS", 50)
     slow = SLOW._replace(seconds=10.0)
     assert any("rows" in broken(play(slow, seed=seed)) for seed in range(43, 63))
+
+
+DIES_WRITING = LifeFault(Kind.KILL_WRITING, "", Phase.INSERTING, 0.05, 0.0)
+
+
+@pytest.mark.parametrize(
+    "phase",
+    [
+        Phase.INSERTING,
+        *(pytest.param(one, marks=pytest.mark.soak) for one in sorted(CYCLE)),
+    ],
+    ids=name_of,
+)
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.soak)])
+def test_a_recorder_that_dies_in_the_middle_of_a_write_loses_nothing(
+    phase: Phase, seed: int
+) -> None:
+    found = play(DIES_WRITING._replace(phase=int(phase)), seed=seed)
+    assert found.violations == ()
+    course = [one.what for one in found.events]
+    came = course.index("fault kill-writing comes")
+    assert course[came + 1] == "recorder_process was killed"
+
+
+def test_a_write_that_is_noted_after_it_and_not_before_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What a write that was broken off has left counts as put there by somebody else then."""
+
+    def hash_of(writer: RecordingWriter, data: bytes) -> object:
+        hashed = writer._sha256.copy()
+        hashed.update(data)
+        if writer._flushing is not None:
+            writer.extent = Extent(writer._offset + len(data), hashed.hexdigest())
+        return hashed
+
+    monkeypatch.setattr(RecordingWriter, "_hash", hash_of)
+    assert broken(play(DIES_WRITING)) == {"record"}
+    assert broken(play(DIES_WRITING._replace(kind=Kind.KILL, target=RECORDER))) == set()
 
 
 @pytest.mark.sweep

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from opensuction.evidence.lives import life, life_fault, lives, simulated_machine
-from opensuction.evidence.lives.life import INVARIANTS, Life
+from opensuction.evidence.lives.life import Life
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
 from opensuction.evidence.lives.lives import Campaign
+from opensuction.evidence.lives.record_judge import INVARIANTS
 from opensuction.host import this_computer
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.kernel.errors import InputError
@@ -205,7 +206,9 @@ def test_an_unknown_kind_of_fault_is_refused_in_one_line() -> None:
     assert life_fault.check_kinds(["mail", "kill", "mail"]) == (Kind.MAIL, Kind.KILL)
     assert life_fault.check_kinds(["kill, freeze", "mail"]) == (Kind.KILL, Kind.FREEZE, Kind.MAIL)
     assert life_fault.check_kinds([]) == tuple(Kind)
-    with pytest.raises(InputError, match="unknown kind of fault 'plague'; known: kill, freeze"):
+    with pytest.raises(
+        InputError, match="unknown kind of fault 'plague'; known: kill, kill-writing, freeze"
+    ):
         life_fault.check_kinds(["plague"])
 
 

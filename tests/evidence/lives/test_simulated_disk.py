@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.evidence.lives.simulated_computer import SimulatedComputer
+from opensuction.evidence.lives.simulated_computer import FIRST_PID, SimulatedComputer
+from opensuction.evidence.lives.simulated_disk import SimulatedFiles
+from opensuction.evidence.lives.simulated_process import KILLED
 from opensuction.host.host import NS_PER_S, Host, Steps, after
 from opensuction.recording.cycle_file import frame
 from opensuction.records.database.failure import RecordsError
@@ -87,6 +89,67 @@ def test_a_slow_disk_keeps_its_process_waiting(tmp_path: Path) -> None:
     assert len(waits_s) == 19
     assert 0.1 <= min(waits_s) < 0.6
     assert 2.5 < max(waits_s) <= 3.1
+
+
+def run_to_death(seed: int, folder: Path, main: Callable[[Host], Steps[None]]) -> SimulatedComputer:
+    """Have a process die in the middle of what it asks of the disk after its first step."""
+
+    def steps(host: Host, _: object) -> Steps[None]:
+        work = main(host)
+        yield next(work)
+        process = computer.processes[FIRST_PID]
+        process.fate = process.kill
+        yield from work
+
+    computer = SimulatedComputer(seed, {"main": steps})
+    computer.spawn("main", (), folder / "log")
+    computer.run_until(10 * NS_PER_S)
+    assert computer.crashes == []
+    assert computer.processes[FIRST_PID].status == KILLED
+    return computer
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_process_that_dies_writing_leaves_a_part_and_does_nothing_more(
+    tmp_path: Path, seed: int
+) -> None:
+    path, done = tmp_path / "file", []
+
+    def main(host: Host) -> Steps[None]:
+        lock = host.locks.take(tmp_path / "lock")
+        assert lock is not None
+        file = host.files.create(path)
+        file.write(memoryview(b"whole"))
+        yield after(host.clock, 1.0)
+        file.write(memoryview(b"01234567"))
+        done.append("more")
+
+    computer = run_to_death(seed, tmp_path, main)
+    assert not done
+    assert computer.holder(tmp_path / "lock") is None
+    assert b"whole01234567".startswith(path.read_bytes())
+    assert path.read_bytes().startswith(b"whole")
+
+
+def test_a_process_that_dies_in_a_commit_has_stored_all_of_it_or_nothing(tmp_path: Path) -> None:
+    """And whoever comes after it finds the database open."""
+    found = set()
+    for seed in range(12):
+        address = str(tmp_path / f"{seed}.db")
+
+        def main(host: Host, address: str = address) -> Steps[None]:
+            yield after(host.clock, 1.0)
+            assert isinstance(host.files, SimulatedFiles)
+            host.files.disk.open_records(address).begin_cycle(example.start(), "begin")
+
+        run_to_death(seed, tmp_path, main)
+        with Records.open(address) as read:
+            assert read.audit().broken is None
+            left = read.unfinished_cycles()
+            for one in left:
+                read.end_cycle(one.id, example.COMPLETED, "end")
+            found.add(len(left))
+    assert found == {0, 1}
 
 
 def test_a_recording_whose_sync_was_refused_is_told_and_on_record_all_the_same(

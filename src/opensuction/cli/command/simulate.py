@@ -217,7 +217,7 @@ Examples:
   opensuction simulate --json | jq '.broken[].play'
 
 \b
-Kinds of faults: kill, freeze, standstill, slow, wall-clock, mail, disk-full,
-disk-failing, disk-slow, database, power, stop, impatient.""",
+Kinds of faults: kill, kill-writing, freeze, standstill, slow, wall-clock,
+mail, disk-full, disk-failing, disk-slow, database, power, stop, impatient.""",
     ends="0 everything held in every life, 1 something did not, or process after process died",
 )

@@ -15,6 +15,7 @@ from opensuction.evidence.lives.life_fault import (
     ALL,
     CONTROL,
     LASTS,
+    RECORDER,
     STORAGE,
     TARGETS,
     Kind,
@@ -23,6 +24,7 @@ from opensuction.evidence.lives.life_fault import (
 from opensuction.evidence.lives.record_judge import BrokenInvariant, Circumstances
 from opensuction.evidence.lives.simulated_computer import MailShares, Step
 from opensuction.evidence.lives.simulated_machine import SERIAL, SimulatedMachine
+from opensuction.evidence.lives.simulated_process import SimulatedProcess
 from opensuction.evidence.lives.step_watch import STEADY_S, StepWatch
 from opensuction.host.host import NS_PER_S
 from opensuction.kernel.vocabulary import RESTING, Phase, name_of
@@ -50,27 +52,6 @@ ENDS_S = 150.0
 MAIL = MailShares(lost=0.33, twice=0.33, late=0.33)
 TRACE = 16
 """Letters of the hash of a life."""
-
-
-INVARIANTS = {
-    "crash": "no process ends by an error that it does not know",
-    "harm": "no bound of harm is broken",
-    "outside": "at the end the tip is outside, or somebody is told",
-    "told": "people are told within 1 s of a controller that dies in a cycle, 3 s of another",
-    "hang": "a process that hangs is ended in time, and no other",
-    "press": "each press is answered, carried out once, in its order and soon",
-    "stop": "a STOP that was answered has been acted on",
-    "rest": "the machine comes to rest after a cycle, and its processes work",
-    "record": "every cycle is on record as it ended, and the audit trail verifies",
-    "recording": "every recording can be read and replays bit for bit",
-    "rows": "each row that was published is in a recording once; what is missing was told",
-    "kept": "each cycle, alarm, request and file of a recording is on record once; the disk has "
-    "each recording, or people were told",
-    "ticks": "a controller counts every tick that it misses",
-    "memory": "a controller undoes no limit of the one before, nor forgets that it died in a cycle",
-    "end": "told to end, everything ends",
-}
-"""What must hold in every life."""
 
 EventKind = Literal["fault", "phase", "process", "told"]
 
@@ -183,6 +164,8 @@ class _Player:
             machine.run(SETTLES_S)
         found = self._judge_before_the_end()
         self._watch.is_over = True
+        for process in self._computer.processes.values():
+            process.fate = None  # nobody would come after it
         if not machine.end(ENDS_S):
             found.append(BrokenInvariant("end", f"not within {ENDS_S:g} s"))
         found += self._judge_what_is_left()
@@ -278,15 +261,7 @@ class _Player:
 
     def _do(self, fault: LifeFault) -> None:
         computer, machine = self._computer, self._machine
-        names = TARGETS[:-1] if fault.target == ALL else (fault.target,)
-        pids = [pid for name in names if (pid := machine.pid_of(name)) is not None]
         match fault.kind:
-            case Kind.KILL:
-                for pid in pids:
-                    computer.processes[pid].kill()
-            case Kind.FREEZE | Kind.STANDSTILL:
-                for pid in pids if fault.target else computer.processes:
-                    computer.freeze(pid, fault.seconds)
             case Kind.SLOW:
                 computer.slow_until_ns = self._after(fault.seconds)
             case Kind.MAIL:
@@ -297,23 +272,46 @@ class _Player:
                 machine.visit()
             case Kind.IMPATIENT:
                 machine.people.hurry()
+            case _:
+                self._strike_processes(fault)
+
+    def _strike_processes(self, fault: LifeFault) -> None:
+        """Kill processes, or have them stand still, now; or die soon."""
+        computer, machine = self._computer, self._machine
+        names = TARGETS[:-1] if fault.target == ALL else (fault.target or RECORDER,)
+        pids = [pid for name in names if (pid := machine.pid_of(name)) is not None]
+        if fault.kind is Kind.STANDSTILL:
+            pids = list(computer.processes)
+        for pid in pids:
+            process = computer.processes[pid]
+            match fault.kind:
+                case Kind.KILL:
+                    process.kill()
+                case Kind.KILL_WRITING:
+                    self._doom(fault, process)
+                case _:
+                    computer.freeze(pid, fault.seconds)
 
     def _strike_disk(self, fault: LifeFault) -> None:
         """Bring a fault of the disk or the database about, now."""
-        disk, until_ns = self._computer.disk, self._after(fault.seconds)
         verdict = self._machine.judge.verdict()
         if self._refused_s is None:
             is_shown = Condition.RECORDER_LOST in verdict.showing
             self._refused_s = -math.inf if is_shown else verdict.now_s
-        match fault.kind:
-            case Kind.DISK_FULL:
-                disk.fill(until_ns)
-            case Kind.DISK_FAILING:
-                disk.failing_until_ns = max(disk.failing_until_ns, until_ns)
-            case Kind.DISK_SLOW:
-                disk.slow_until_ns = max(disk.slow_until_ns, until_ns)
-            case Kind.DATABASE:
-                disk.away_until_ns = max(disk.away_until_ns, until_ns)
+        self._computer.disk.strike(fault.kind, self._after(fault.seconds))
+
+    def _doom(self, fault: LifeFault, process: SimulatedProcess) -> None:
+        """Have a process die as soon as it asks something of the disk or the database."""
+
+        def die() -> None:
+            self._note(f"fault {fault.kind} comes", "fault")
+            self._over_ns = max(self._over_ns, self._after(SETTLES_S))
+            self._owe(fault._replace(target=RECORDER))
+            self._strikes = True
+            process.kill()
+            self._strikes = False
+
+        process.fate = die
 
     def _owe(self, fault: LifeFault) -> None:
         """Have people told of a fault that is about to come: of whoever dies, or stands still."""

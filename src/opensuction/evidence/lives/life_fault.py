@@ -33,6 +33,8 @@ class Kind(StrEnum):
 
     KILL = "kill"
     """A process ends at once; ALL: all but the twin."""
+    KILL_WRITING = "kill-writing"
+    """The recorder ends in the middle of what it next asks of the disk or the database."""
     FREEZE = "freeze"
     """It stands still for a time."""
     STANDSTILL = "standstill"

@@ -10,9 +10,9 @@ from typing import NamedTuple
 from opensuction import __version__
 from opensuction.evidence import worker_pool
 from opensuction.evidence.lives import life, simulated_machine
-from opensuction.evidence.lives.life import INVARIANTS, LifeEvent, LifeResult
+from opensuction.evidence.lives.life import LifeEvent, LifeResult
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
-from opensuction.evidence.lives.record_judge import BrokenInvariant
+from opensuction.evidence.lives.record_judge import INVARIANTS, BrokenInvariant
 from opensuction.kernel.errors import InputError
 
 SECONDS_PER_H = 3600.0

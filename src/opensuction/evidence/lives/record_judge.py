@@ -43,11 +43,32 @@ CLOCK_S = 1e-6
 """Rounding of instants."""
 
 
+INVARIANTS = {
+    "crash": "no process ends by an error that it does not know",
+    "harm": "no bound of harm is broken",
+    "outside": "at the end the tip is outside, or somebody is told",
+    "told": "people are told within 1 s of a controller that dies in a cycle, 3 s of another",
+    "hang": "a process that hangs is ended in time, and no other",
+    "press": "each press is answered, carried out once, in its order and soon",
+    "stop": "a STOP that was answered has been acted on",
+    "rest": "the machine comes to rest after a cycle, and its processes work",
+    "record": "every cycle is on record as it ended, and the audit trail verifies",
+    "recording": "every recording can be read and replays bit for bit",
+    "rows": "each row that was published is in a recording once; what is missing was told",
+    "kept": "each cycle, alarm, request and file of a recording is on record once; the disk has "
+    "each recording, or people were told",
+    "ticks": "a controller counts every tick that it misses",
+    "memory": "a controller undoes no limit of the one before, nor forgets that it died in a cycle",
+    "end": "told to end, everything ends",
+}
+"""What must hold in every life."""
+
+
 class BrokenInvariant(NamedTuple):
     """Something that must not be."""
 
     invariant: str
-    """One of `life.INVARIANTS`."""
+    """One of `INVARIANTS`."""
     detail: str
 
 

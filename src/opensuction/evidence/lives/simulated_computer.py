@@ -27,6 +27,7 @@ from opensuction.evidence.lives.simulated_disk import SimulatedDisk, SimulatedFi
 from opensuction.evidence.lives.simulated_process import (
     KILLED,
     Activity,
+    ProcessDiedError,
     SimulatedClock,
     SimulatedDatagrams,
     SimulatedInbox,
@@ -345,6 +346,8 @@ class SimulatedComputer:
             activity.has_ended = True
             if activity is process.activities[0]:
                 process.end(0)
+        except ProcessDiedError:
+            activity.has_ended = True
         except InputError as problem:
             process.error = problem
             process.say(str(problem))

@@ -8,10 +8,12 @@ import errno
 import os
 import random
 import tempfile
+from collections.abc import Callable
 from functools import cache
 from io import FileIO
 from pathlib import Path
 
+from opensuction.evidence.lives.life_fault import Kind
 from opensuction.evidence.lives.simulated_process import SimulatedProcess, System
 from opensuction.host.host import NS_PER_S, File
 from opensuction.kernel import private_file
@@ -59,6 +61,18 @@ class SimulatedDisk:
         """Instant until which it refuses something, or keeps somebody waiting."""
         lasts_ns = max(self.full_until_ns, self.failing_until_ns, self.away_until_ns)
         return max(lasts_ns, self.slow_until_ns, self._stalled_until_ns)
+
+    def strike(self, kind: Kind, until_ns: int) -> None:
+        """Give disk or database a fault until then."""
+        match kind:
+            case Kind.DISK_FULL:
+                self.fill(until_ns)
+            case Kind.DISK_FAILING:
+                self.failing_until_ns = max(self.failing_until_ns, until_ns)
+            case Kind.DISK_SLOW:
+                self.slow_until_ns = max(self.slow_until_ns, until_ns)
+            case Kind.DATABASE:
+                self.away_until_ns = max(self.away_until_ns, until_ns)
 
     def fill(self, until_ns: int) -> None:
         """Have it full until then: writes that need room are refused."""
@@ -132,9 +146,28 @@ class SimulatedDisk:
             with private_file.create(file) as made:
                 made.write(_new_records())
         records = Records.open_for_machine(url)
-        refusals = Refusals(self._refuse_begin, self._refuse_commit, self._is_stored)
+        refusals = Refusals(
+            self._refuse_begin, self._refuse_commit, self._is_stored, self._meet_fate_at_commit
+        )
         database.interpose(records.database, refusals)
         return records
+
+    def _meet_fate_at_commit(self, store: Callable[[], object]) -> None:
+        """Have whoever is to die do so as a commit begins, or once it is stored."""
+        running = self._computer.running
+        if running is None or running.process.fate is None:
+            return
+        if self.is_done(running.process):
+            store()
+        running.process.meet_fate()
+
+    def draw_part(self, process: SimulatedProcess, size_bytes: int) -> int:
+        """Bytes of a write that are there where its process may die in it."""
+        return size_bytes if process.fate is None else self._chance.randint(0, size_bytes)
+
+    def is_done(self, process: SimulatedProcess) -> bool:
+        """True where what a process asks is done, though it may die now."""
+        return process.fate is None or self._chance.random() < STORED
 
     def _refuse_begin(self) -> int:
         return database.BUSY if self._computer.now_ns < self.away_until_ns else database.OK
@@ -162,13 +195,21 @@ class SimulatedFile(FileIO):
     def write(self, data: memoryview, /) -> int:  # type: ignore[override]
         """See `host.File.write`."""
         self._disk.stall(self._process, STALLS)
-        return super().write(data[: self._disk.take(len(data))])
+        taken = self._disk.take(len(data))
+        part = self._disk.draw_part(self._process, taken)
+        written = super().write(data[:part])
+        self._disk.give_back(taken - part)
+        self._process.meet_fate()
+        return written
 
     def truncate(self, size: int | None = None, /) -> int:
         """See `host.File.truncate`."""
+        if not self._disk.is_done(self._process):
+            self._process.meet_fate()
         before = os.fstat(self.fileno()).st_size
         left = super().truncate(size)
         self._disk.give_back(before - left)
+        self._process.meet_fate()
         return left
 
 
@@ -176,21 +217,28 @@ class SimulatedFiles:
     """See `host.Files`."""
 
     def __init__(self, disk: SimulatedDisk, process: SimulatedProcess) -> None:
-        self._disk, self._process = disk, process
+        self.disk, self._process = disk, process
 
     def create(self, path: Path) -> File:
         """See `host.Files.create`."""
-        made = SimulatedFile(self._disk, self._process, path)
+        if not self.disk.is_done(self._process):
+            self._process.meet_fate()
+        made = SimulatedFile(self.disk, self._process, path)
         self._process.files.append(made)
-        self._disk.synced.pop(path, None)
+        self.disk.synced.pop(path, None)
+        self._process.meet_fate()
         return made
 
     def write(self, path: Path, content: str) -> None:
         """See `host.Files.write`: only the thread waits that asks for it."""
-        self._disk.stall_thread()
-        self._disk.write(path, content.encode())
+        self.disk.stall_thread()
+        if self.disk.is_done(self._process):
+            self.disk.write(path, content.encode())
+        self._process.meet_fate()
 
     def sync(self, path: Path) -> None:
         """See `host.Files.sync`: only the thread waits that asks for it."""
-        self._disk.stall_thread()
-        self._disk.sync(path)
+        self.disk.stall_thread()
+        if self.disk.is_done(self._process):
+            self.disk.sync(path)
+        self._process.meet_fate()

@@ -6,7 +6,7 @@ The computer lets go of locks and inboxes when their process ends, however it en
 import errno
 import signal
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -49,6 +49,10 @@ class System(Protocol):
         """Have an activity go on at an instant."""
 
 
+class ProcessDiedError(BaseException):
+    """A process has died in the middle of a step: nobody in it may catch this."""
+
+
 class Activity:
     """The steps of a process, or of a worker of it."""
 
@@ -79,6 +83,8 @@ class SimulatedProcess:
         self.inboxes: list[SimulatedInbox] = []
         self.files: list[File] = []
         """Those that it has made; some may be closed."""
+        self.fate: Callable[[], None] | None = None
+        """Ends it as soon as it asks something of the disk or the database."""
 
     @property
     def pid(self) -> int:
@@ -121,6 +127,13 @@ class SimulatedProcess:
         for inbox in tuple(self.inboxes):
             inbox.abandon()
         self.close_files()
+
+    def meet_fate(self) -> None:
+        """Die, where it is to die now. Raises ProcessDiedError then."""
+        fate, self.fate = self.fate, None
+        if fate is not None:
+            fate()
+            raise ProcessDiedError
 
     def close_files(self) -> None:
         """Close what it has open, as the system does when it ends: nothing more is written."""

@@ -340,6 +340,8 @@ class Refusals(NamedTuple):
     """Likewise as one that writes ends."""
     is_stored: Callable[[], bool]
     """True where it is refused as it ends, and was stored all the same."""
+    ending: Callable[[Callable[[], object]], None]
+    """Called as one that writes ends, with what stores it: whoever commits may die in it."""
 
 
 OK, BUSY, NO_ROOM, DISK_ERROR = (
@@ -360,8 +362,11 @@ def interpose(database: Database, refusals: Refusals) -> None:
             raise error
 
     def commit(connection: Connection) -> None:
+        if not connection.get_execution_options().get(WRITING, False):
+            return
+        refusals.ending(connection.connection.commit)
         code = refusals.commit()
-        if code != OK and connection.get_execution_options().get(WRITING, False):
+        if code != OK:
             if refusals.is_stored():
                 connection.connection.commit()
             refuse(code)
