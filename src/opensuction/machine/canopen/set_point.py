@@ -169,10 +169,15 @@ def _step_axis(
     state = process_image.state_of(image, place)
     if state != PowerState.OPERATION_ENABLED and not is_homing:
         wanted = wanted and is_in_range(axis, image.axes[place].counts)
+    power = control.power
+    # A drive that this controller has in operation stays there: the head may be on its way, and
+    # one without torque for so long counts as stalled.
+    found = state == PowerState.OPERATION_ENABLED and power.word != ENABLE_OPERATION
+    is_off = message.released and (state == PowerState.FAULT or power.lost or found)
     power = power_state.step_control(
-        control.power,
+        power,
         state,
-        wanted=wanted and not message.released,
+        wanted=wanted and not is_off,
         reset=message.released,
         hold_cycles=math.ceil(HOLD_S / device.bus.period_s),
     )
