@@ -58,9 +58,10 @@ def host() -> Host:
     return host_of(WallClock())
 
 
-def row(phase: Phase = Phase.PARKED, **upkeep: float) -> Array:
+def row(phase: Phase = Phase.PARKED, at_s: float = 1.0, **upkeep: float) -> Array:
     """A row of a controller. upkeep: its interlocks; a blank in a name for the dot in it."""
     found = dict.fromkeys(ROW_COLUMNS, 0.0)
+    found["loop.time_s"] = at_s
     found["state.core.procedure.phase"] = float(phase)
     for name, value in upkeep.items():
         column = f"{UPKEEP}{name.replace('__', '.')}"
@@ -102,6 +103,15 @@ def test_a_rest_is_over_by_both_clocks_and_a_catheter_ages_by_the_wall_clock(
     assert kept.episode.passes == 2
     assert kept.lock.resets == 1
     assert kept.catheter_age_s == pytest.approx(5.0 * HOUR_S + off_s)
+
+
+def test_a_controller_that_died_some_time_ago_has_left_a_catheter_that_has_aged_since(
+    tmp_path: Path,
+) -> None:
+    clock = WallClock()
+    clock.now_ns = 7 * NS_PER_S
+    NonvolatileMemory(path := tmp_path / "machine.json", host_of(clock)).take(USED, RULE)
+    assert recall(path, 0.0).kept.catheter_age_s == pytest.approx(5.0 * HOUR_S + 6.0, abs=1e-6)
 
 
 def test_where_the_wall_clock_was_set_back_the_catheter_counts_as_over_its_life(

@@ -32,6 +32,7 @@ WRITES_S: Final = 60.0
 """How often it is written where nothing but time changes it."""
 _UPKEEP: Final = "state.core.upkeep."
 _PLACES: Final = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith(_UPKEEP)]
+_TIME: Final = ROW_COLUMNS.index("loop.time_s")
 _PHASE: Final = ROW_COLUMNS.index("state.core.procedure.phase")
 _AGE: Final = ROW_COLUMNS.index(f"{_UPKEEP}catheter_age_s")
 _WATCHED: Final = [
@@ -56,6 +57,7 @@ class _Known(NamedTuple):
     watched: tuple[float, ...]
     is_resting: bool
     age_s: float
+    """Of the catheter, as of then."""
     at_s: float
 
 
@@ -82,13 +84,16 @@ class NonvolatileMemory:
         if self._worker is None:
             return
         phase, now_s = int(row[_PHASE]), self._clock.monotonic_ns() / NS_PER_S
-        found = _Known(tuple(row[_WATCHED].tolist()), phase in _RESTING, float(row[_AGE]), now_s)
+        # A row may be of a controller that died some time ago.
+        age_s = float(row[_AGE]) + max(now_s - float(row[_TIME]), 0.0)
+        found = _Known(tuple(row[_WATCHED].tolist()), phase in _RESTING, age_s, now_s)
         if self._known is not None and _is_same(self._known, found):
             return
         kept = plain_row.unpack(Interlocks, np.ascontiguousarray(row[_PLACES]))
         if phase in _BEFORE_A_PASS:
             begun = _STEP_EPISODE(rule, kept.episode, phase, Phase.INSERTING, 0.0)
             kept = kept._replace(episode=begun)
+        kept = kept._replace(catheter_age_s=age_s)
         self._known, self._due = found, _compose(kept, phase, self._clock)
         self._worker.wake()
 

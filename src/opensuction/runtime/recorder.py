@@ -24,7 +24,7 @@ from opensuction.recording.cycle_file import row_schema
 from opensuction.recording.cycle_file.frame import Extent, Heading
 from opensuction.recording.cycle_file.reader import RecordingReader, Rows
 from opensuction.recording.cycle_file.row_schema import STARTS, STATE_PART, TICKS, RecordedEvent
-from opensuction.recording.cycle_file.writer import RecordingWriter
+from opensuction.recording.cycle_file.writer import FirstRows, RecordingWriter
 from opensuction.runtime import loop
 from opensuction.runtime.flushed import Flushed, Note
 from opensuction.runtime.loop import CONFIGURED, ROW_COLUMNS, TIMING_COLUMNS
@@ -294,16 +294,16 @@ class Recorder:
     def _begin(self, rows: Array) -> None:
         """A new file, with what was before."""
         first = self._before[0][:1] if self._before else rows[:1]
-        began_ns = int(self._utc_ns(first)[0])
-        self._writer = self._create(name_of(self._run, rows[0, _LEFT]), began_ns)
-        self._left = float(rows[0, _LEFT])
-        self._offset, self._start_rows = self._number - sum(map(len, self._before)), 0
-        self._seen = loop.NOTHING
+        start: FirstRows | None = None
         if self._last is not None:
             row = np.concatenate(([first[0, _TICK]], self._last))[np.newaxis]
-            self._writer.add_rows(STARTS, np.array([began_ns], np.uint64), row)
-            self._start_rows = 1
-        else:
+            start = (STARTS, self._utc_ns(first), row)
+        self._writer = self._create(name_of(self._run, rows[0, _LEFT]), first, start)
+        self._left = float(rows[0, _LEFT])
+        self._offset = self._number - sum(map(len, self._before))
+        self._start_rows = self._writer.written_rows
+        self._seen = loop.NOTHING
+        if start is None:
             self._tell_missed(self._writer, first)
         before, self._before, self._last = list(self._before), deque(), None
         heard = [one for one in self._heard if one.fields["time_ns"] >= first[0, _TIME] * NS_PER_S]
@@ -312,9 +312,12 @@ class Recorder:
             self._number -= len(piece)
             self._write(piece)
 
-    def _create(self, name: str, began_ns: int) -> RecordingWriter:
-        """The file; where a recorder before this one has begun it, another part of it."""
-        stem = name.removesuffix(".mcap")
+    def _create(self, name: str, row: Array, start: FirstRows | None) -> RecordingWriter:
+        """The file; where a recorder before this one has begun it, another part of it.
+
+        row: its first. start: the state before it, where that is known.
+        """
+        stem, began_ns = name.removesuffix(".mcap"), int(self._utc_ns(row)[0])
         for part in range(1, PARTS):
             self.path = self._folder / (name if part == 1 else f"{stem}-{part}.mcap")
             if self._flushed is not None and self.path.name in self._flushed:
@@ -324,22 +327,19 @@ class Recorder:
                 began_ns=began_ns, about={**self._heading.about, **about}
             )
             try:
-                return self._open(heading, Note(name, part, str(self._folder.absolute())))
+                return self._open(heading, Note(name, part, str(self._folder.absolute())), start)
             except FileExistsError:
                 continue
         raise OSError(f"{PARTS} recordings of {name} are there already")
 
-    def _open(self, heading: Heading, note: Note) -> RecordingWriter:
+    def _open(self, heading: Heading, note: Note, start: FirstRows | None) -> RecordingWriter:
         """A new file of which every write is noted. Raises OSError, and leaves none then."""
-        flushed, path, create = self._flushed, self.path, self._files.create
+        flushed, path = self._flushed, self.path
         assert path is not None
-        if flushed is None:
-            return RecordingWriter(
-                path, heading, row_schema.TABLES, most_rows=MOST_ROWS, create=create
-            )
 
         def tell(before: Extent, after: Extent) -> None:
-            flushed.put(path.name, note._replace(before=before, after=after))
+            if flushed is not None:
+                flushed.put(path.name, note._replace(before=before, after=after))
 
         try:
             return RecordingWriter(
@@ -347,11 +347,13 @@ class Recorder:
                 heading,
                 row_schema.TABLES,
                 most_rows=MOST_ROWS,
-                create=create,
-                flushing=tell,
+                create=self._files.create,
+                flushing=None if flushed is None else tell,
+                first=start,
             )
         except OSError:
-            flushed.drop(path.name, was_made=False)
+            if flushed is not None:
+                flushed.drop(path.name, was_made=False)
             raise
 
     def _write(self, rows: Array) -> None:

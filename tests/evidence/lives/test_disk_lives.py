@@ -80,6 +80,15 @@ def test_a_recording_goes_on_where_its_first_rows_are_given_again() -> None:
     assert life.play(Life(72, 19, (full,))).violations == ()
 
 
+def test_a_disk_that_is_full_twice_has_no_row_twice() -> None:
+    """At first as the recording begins: it begins with the state before its rows or not at all."""
+    faults = (
+        LifeFault(Kind.DISK_FULL, "", None, 9.775208979312207, 1.043801994584547),
+        LifeFault(Kind.DISK_FULL, "", Phase.CHECKING, 0.028947704318824874, 0.0032601508136754723),
+    )
+    assert life.play(Life(255396259, 36, faults)).violations == ()
+
+
 @pytest.mark.soak
 def test_what_a_controller_left_waits_for_room_where_all_died_on_a_full_disk() -> None:
     faults = (FULL._replace(seconds=8.5), LifeFault(Kind.KILL, ALL, Phase.INSERTING, 2.6, 0.0))

@@ -6,7 +6,7 @@ import pytest
 
 from opensuction.evidence.lives import life
 from opensuction.evidence.lives.life import Life
-from opensuction.evidence.lives.life_fault import RECORDER, Kind, LifeFault
+from opensuction.evidence.lives.life_fault import ALL, RECORDER, Kind, LifeFault
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime import nonvolatile_memory
 from opensuction.runtime.database_writer import DatabaseWriter
@@ -57,6 +57,15 @@ def test_a_disk_that_was_slow_once_is_asked_to_keep_a_recording_soon_again() -> 
         LifeFault(Kind.POWER, "", Phase.CLOSING, 0.06486292049895756, 4.0630505816299305),
     )
     assert life.play(Life(1002351, 45, faults)).violations == ()
+
+
+def test_a_catheter_ages_while_no_controller_runs() -> None:
+    """All died, and the power goes soon after the next controller has begun."""
+    faults = (
+        LifeFault(Kind.KILL, ALL, None, 13.647363188401465, 0.0),
+        LifeFault(Kind.POWER, "", None, 23.140061747794235, 0.5076790283365507),
+    )
+    assert life.play(Life(255396292, 31, faults)).violations == ()
 
 
 def test_a_catheter_of_unknown_age_is_changed_before_a_cycle() -> None:

@@ -56,6 +56,8 @@ PACKED_ROWS = 250
 
 Flushing = Callable[[Extent, Extent], None]
 """Told before each write how far the file goes, and how far it will; after it that it does."""
+FirstRows = tuple[str, NDArray[np.uint64], Table]
+"""Topic, times and table, as `RecordingWriter.add_rows` takes them."""
 
 
 def _create(path: Path) -> File:
@@ -93,6 +95,7 @@ class RecordingWriter:
         most_rows: int | None = None,
         create: Callable[[Path], File] = _create,
         flushing: Flushing | None = None,
+        first: FirstRows | None = None,
     ) -> None:
         """Create the file and write its heading.
 
@@ -102,7 +105,8 @@ class RecordingWriter:
         a disk that is behind; None: no more than others. create: makes the file, and raises
         FileExistsError where there is one; by default with the rights that the umask leaves.
         flushing: told of each write, before and after it; a write that failed is taken back the
-        same way. Raises OSError where the file cannot be written, and leaves none then.
+        same way. first: rows that the file is nothing without; it is made with them or not at all.
+        Raises OSError where the file cannot be written, and leaves none then.
         """
         self._file: File | BytesIO = target if isinstance(target, BytesIO) else create(target)
         self._is_kept = isinstance(target, BytesIO)
@@ -133,6 +137,9 @@ class RecordingWriter:
         self._metadata: list[MetadataIndex] = []
         try:
             self._begin(heading)
+            if first is not None:
+                self.add_rows(*first)
+                self.flush()
         except OSError:
             self._let_go()
             if isinstance(target, Path):
