@@ -13,7 +13,7 @@ from opensuction.records.database.failure import RecordsError
 from opensuction.records.entry import Action, CycleEnd, Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
-from opensuction.runtime import recorder
+from opensuction.runtime import recording_part
 from opensuction.runtime.database_writer import AGAIN_S, Context, DatabaseWriter
 from opensuction.runtime.journal import Begun, Entry
 from tests.runtime.identity import ABOUT
@@ -25,7 +25,7 @@ BEGAN = datetime(2026, 11, 23, 12, tzinfo=UTC)
 
 
 def begun(tick: int) -> Entry:
-    what = Begun("nurse", recorder.name_of(RUN, tick))
+    what = Begun("nurse", recording_part.name_of(RUN, tick))
     return Entry(f"{RUN}-{tick}-begin", BEGAN + timedelta(milliseconds=tick), what)
 
 
@@ -52,7 +52,7 @@ def test_a_cycle_that_was_stored_and_comes_again_is_one_cycle_with_its_own_end(
     stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
 
     def go_on(clerk: DatabaseWriter) -> None:
-        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 400))
+        clerk.adopt(SERIAL, None, lambda name: recording_part.is_after(name, RUN, 400))
         clerk.put(begun(500), CONTEXT)
         clerk.put(ended(9000), CONTEXT)
         clerk.put(begun(12_000), CONTEXT)
@@ -60,8 +60,8 @@ def test_a_cycle_that_was_stored_and_comes_again_is_one_cycle_with_its_own_end(
 
     cycles = stored(database, go_on)
     assert [one.recording for one in cycles] == [
-        recorder.name_of(RUN, 500),
-        recorder.name_of(RUN, 12_000),
+        recording_part.name_of(RUN, 500),
+        recording_part.name_of(RUN, 12_000),
     ]
     assert [one.outcome for one in cycles] == [Outcome.COMPLETED] * 2
 
@@ -70,10 +70,10 @@ def test_one_that_comes_again_from_who_did_not_hear_who_asked_has_its_end(tmp_pa
     """Killed after it had heard the request and noted that: the next one hears of nobody."""
     database = tmp_path / "records.db"
     stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
-    again = begun(500)._replace(what=Begun("unknown", recorder.name_of(RUN, 500)))
+    again = begun(500)._replace(what=Begun("unknown", recording_part.name_of(RUN, 500)))
 
     def go_on(clerk: DatabaseWriter) -> None:
-        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 400))
+        clerk.adopt(SERIAL, None, lambda name: recording_part.is_after(name, RUN, 400))
         clerk.put(again, CONTEXT)
         clerk.put(ended(9000), CONTEXT)
 
@@ -86,7 +86,7 @@ def test_one_of_which_nothing_comes_any_more_is_ended_as_not_seen(tmp_path: Path
     stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
 
     def go_on(clerk: DatabaseWriter) -> None:
-        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 500))
+        clerk.adopt(SERIAL, None, lambda name: recording_part.is_after(name, RUN, 500))
         clerk.put(begun(12_000), CONTEXT)
         clerk.put(ended(20_000), CONTEXT)
 
@@ -135,18 +135,18 @@ def test_records_that_take_no_cycle_are_missed_before_one_begins(tmp_path: Path)
 
 
 def test_whether_a_recording_is_of_a_cycle_to_come() -> None:
-    name = recorder.name_of(RUN, 500)
-    assert recorder.is_after(name, RUN, 499)
-    assert not recorder.is_after(name, RUN, 500)
-    assert not recorder.is_after(name, f"{RUN}0", 0)
-    assert not recorder.is_after(None, RUN, 0)
-    assert not recorder.is_after("somebody's.mcap", RUN, 0)
+    name = recording_part.name_of(RUN, 500)
+    assert recording_part.is_after(name, RUN, 499)
+    assert not recording_part.is_after(name, RUN, 500)
+    assert not recording_part.is_after(name, f"{RUN}0", 0)
+    assert not recording_part.is_after(None, RUN, 0)
+    assert not recording_part.is_after("somebody's.mcap", RUN, 0)
 
 
 def test_one_that_nobody_saw_begin_is_begun_late_and_one_that_was_seen_is_not_begun_twice(
     tmp_path: Path,
 ) -> None:
-    recording, unseen = recorder.name_of(RUN, 500), (begun(500), CONTEXT)
+    recording, unseen = recording_part.name_of(RUN, 500), (begun(500), CONTEXT)
 
     def go_on(clerk: DatabaseWriter) -> None:
         clerk.adopt(SERIAL, recording, lambda _: False, unseen)
@@ -156,7 +156,7 @@ def test_one_that_nobody_saw_begin_is_begun_late_and_one_that_was_seen_is_not_be
     assert (late.recording, late.outcome) == (recording, Outcome.COMPLETED)
 
     stored(tmp_path / "seen.db", lambda clerk: clerk.put(begun(400), CONTEXT))
-    recording = recorder.name_of(RUN, 400)
+    recording = recording_part.name_of(RUN, 400)
     (seen,) = stored(tmp_path / "seen.db", go_on)
     assert (seen.recording, seen.outcome) == (recording, Outcome.COMPLETED)
 

@@ -60,8 +60,8 @@ class Kept:
     def record_and_die(self, rows: Array) -> Recorder:
         """A recorder that is killed after these rows."""
         recorder = self.record(rows)
-        assert recorder._writer is not None, "it was recording"
-        recorder._writer._file.close()
+        assert recorder._recording is not None, "it was recording"
+        recorder._recording._writer._file.close()
         return recorder
 
     def bind(self) -> Flushed:

@@ -18,7 +18,7 @@ from opensuction.kernel.vocabulary import CYCLE, Phase, name_of
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
 from opensuction.runtime.loop import ROW_COLUMNS, is_steady, seen_in, told
-from opensuction.runtime.recorder import name_of as name_of_file
+from opensuction.runtime.recording_part import name_of as name_of_file
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import Priority

@@ -33,7 +33,7 @@ from opensuction.kernel.vocabulary import NOT_A_DEVICE
 from opensuction.machine import port
 from opensuction.recording.cycle_file.frame import NOTICE, Heading
 from opensuction.records.records import Records
-from opensuction.runtime import machine_folder, recorder
+from opensuction.runtime import machine_folder, recording_part
 from opensuction.runtime.database_writer import Context, DatabaseWriter, OpenRecords
 from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import Journal
@@ -96,7 +96,7 @@ class ControllerSession:
         self._recorder = Recorder(
             out, run, self._describe, left.state, self._place.row, self._flushed, host
         )
-        goes_on = None if left.goes_on == AT_REST else recorder.name_of(run, left.goes_on)
+        goes_on = None if left.goes_on == AT_REST else recording_part.name_of(run, left.goes_on)
         writer.follow(self._place.row)
         # Where rows are missing nobody knows what comes again.
         last = -1.0 if left.before is None else float(left.before[_TICK])
@@ -106,7 +106,7 @@ class ControllerSession:
         writer.adopt(
             self._about.machine.serial,
             goes_on,
-            lambda name: recorder.is_after(name, run, last),
+            lambda name: recording_part.is_after(name, run, last),
             None if unseen is None else (unseen, self._context),
         )
         self._followed = self._place.row

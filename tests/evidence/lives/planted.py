@@ -211,6 +211,16 @@ def _wait_long(patch: Patch) -> None:
     patch.setattr(fail_safe, "of", of_patient)
 
 
+def _write_full_chunks_only(patch: Patch) -> None:
+    flush = RecordingWriter.flush
+
+    def flush_full(self: RecordingWriter) -> None:
+        if self._pending_rows >= self._chunk_rows:
+            flush(self)
+
+    patch.setattr(RecordingWriter, "flush", flush_full)
+
+
 def _reach_ahead(patch: Patch) -> None:
     def reach(self: DatabaseWriter, row: int) -> None:
         self.stored = row
@@ -396,7 +406,7 @@ PLANTED = (
     PlantedFault(
         "no-flush",
         "what is left is not written as a recording ends",
-        _leave_out(RecordingWriter, "flush"),
+        _write_full_chunks_only,
     ),
     PlantedFault("no-notes", "how far recordings go is not noted", _leave_out(Flushed, "_write")),
     PlantedFault("closes-at-once", "a recorder ends with entries not stored", _close_at_once),

@@ -7,24 +7,22 @@ away for longer than the ring holds, and as many as were told.
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.lives.witness import Flags, Published, Sums, WitnessedRun, sums_of
+from opensuction.evidence.lives.recording_judge import Kept, Recordings
+from opensuction.evidence.lives.witness import Flags, Published, WitnessedRun
 from opensuction.host.host import NS_PER_S
-from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import STOP
 from opensuction.kernel.record import Array
 from opensuction.kernel.vocabulary import RESTING, Phase
-from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAction, PastCycle
 from opensuction.records.records import Records
-from opensuction.runtime import recorder, replay
+from opensuction.runtime import recording_part
 from opensuction.runtime.control_process import PERIOD_NS
 from opensuction.runtime.database_writer import UNSEEN
 from opensuction.runtime.journal import MACHINE, SUPERVISOR, in_words
@@ -53,7 +51,7 @@ INVARIANTS = {
     "stop": "a STOP that was answered has been acted on",
     "rest": "the machine comes to rest after a cycle, and its processes work",
     "record": "every cycle is on record as it ended, and the audit trail verifies",
-    "recording": "every recording can be read and replays bit for bit",
+    "recording": "every recording can be read, replays bit for bit and tells its changes",
     "rows": "each row that was published is in a recording once; what is missing was told",
     "kept": "each cycle, alarm, request and file of a recording is on record once; the disk has "
     "each recording, or people were told",
@@ -70,13 +68,6 @@ class BrokenInvariant(NamedTuple):
     invariant: str
     """One of `INVARIANTS`."""
     detail: str
-
-
-class Kept(NamedTuple):
-    """Rows that the recordings of a run hold."""
-
-    tick: Array
-    sums: Sums
 
 
 class Circumstances(NamedTuple):
@@ -109,9 +100,9 @@ def judge(seen: Circumstances, out: Path, database: Path, serial: str) -> Iterat
     """Violations by what is left. out: folder of the recordings. serial: of the machine."""
     runs = seen.runs
     files = sorted(out.glob("*.mcap"))
-    recordings = _Recordings()
+    recordings = Recordings()
     for file in files:
-        yield from recordings.judge(file)
+        yield from (BrokenInvariant("recording", said) for said in recordings.judge(file))
         if seen.synced.get(file, 0) != file.stat().st_size and not seen.is_refusal_told:
             yield BrokenInvariant("kept", f"the disk has not all of {file.name}, nobody told")
     published = [(one, rows) for one in runs if (rows := one.published()) is not None]
@@ -220,47 +211,6 @@ def _compare(
             yield BrokenInvariant("kept", said)
 
 
-class _Recordings:
-    """Recordings of a life, each read and judged once, and the rows that they hold."""
-
-    def __init__(self) -> None:
-        self._pieces: dict[str, list[Kept]] = {}
-        """By the name of the run."""
-        self.unfinished: set[Path] = set()
-        """Files that no writer has closed."""
-
-    def judge(self, file: Path) -> Iterator[BrokenInvariant]:
-        """Violations by a recording; one without a row is that of a recorder that died."""
-        reader = None
-        try:
-            with closing(RecordingReader(file)) as reader:
-                found = self._pieces.setdefault(reader.heading.about.get("run", ""), [])
-                verdict = replay.replay(
-                    reader, lambda rows: found.append(Kept(rows[:, 0].copy(), sums_of(rows)))
-                )
-        except NothingRecordedError:
-            return
-        except InputError as error:
-            said = str(error).rpartition("/")[2]
-            yield BrokenInvariant("recording", f"cannot be read: {said}")
-            return
-        finally:
-            if reader is not None and reader.flaw is not None:
-                self.unfinished.add(file)
-        if not verdict.identical:
-            yield BrokenInvariant("recording", f"replay differs: {verdict.first}")
-        elif reader.is_damaged:
-            yield BrokenInvariant("recording", str(reader.flaw))
-
-    def kept(self) -> dict[str, Kept]:
-        """Rows of all that were judged, by the name of the run."""
-        return {
-            run: Kept(*(np.concatenate(column) for column in zip(*found, strict=True)))
-            for run, found in self._pieces.items()
-            if found
-        }
-
-
 def _judge_runs(runs: Sequence[Published], seen: Circumstances) -> Iterator[BrokenInvariant]:
     """Violations by what controllers published themselves, and by what the next one knows of it."""
     for rows in runs:
@@ -337,7 +287,7 @@ def _judge_cycles(
             if last + 1 < len(rows.tick):
                 is_parked = int(rows.phase[last + 1]) == Phase.PARKED
                 outcome = Outcome.COMPLETED if is_parked else Outcome.ABORTED
-            name = recorder.name_of(run.name, left)
+            name = recording_part.name_of(run.name, left)
             wanted[name] = outcome
             begun.append(_Wanted(name, float(rows.time_s[first])))
             if seen.may_be_lost(rows.time_s[last : last + 1]).any():

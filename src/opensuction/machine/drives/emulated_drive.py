@@ -22,7 +22,7 @@ from opensuction.machine.canopen.objects import AbortConnection, Axis, Mode, Nmt
 from opensuction.machine.canopen.power_state import POWERED_UP, PowerState
 from opensuction.machine.drives import interpolation, pdo
 from opensuction.machine.drives.emulated_node import HOST_LOST, EmulatedNode
-from opensuction.machine.drives.interpolation import Bounds, SetPoint
+from opensuction.machine.drives.interpolation import NO_OFFSET, Bounds, SetPoint
 from opensuction.machine.drives.pdo import Key
 
 EDS: Final = Path(__file__).with_name("axis.eds")
@@ -41,9 +41,6 @@ _DISABLES, _BRAKES, _STAYS = 0, 2, 6
 """Option codes of quick stop and fault reaction: torque off at once; a ramp, then off; a ramp, and
 it stays there."""
 _SERVO = as_python(servo_step.step)
-_ANY_SPEED: Final = Bounds(-math.inf, math.inf, math.inf)
-OFFSET_PERIODS: Final = 2
-"""So long a velocity offset counts after it has come."""
 _AT_REST: Final = ServoState(0.0, 0.0)
 
 
@@ -92,8 +89,7 @@ class EmulatedDrive(EmulatedNode):
         """Digital inputs that forbid motion towards higher and towards lower counts from the start
         on."""
         self._set_point: SetPoint = interpolation.hold(0.0)
-        self._offset: SetPoint = interpolation.hold(0.0)
-        """Speed of the set point, as the host gives it, in place of the set point's own."""
+        self._offset = NO_OFFSET
         self._servo_state = _AT_REST
         self._velocities: deque[float] = deque(maxlen=FED_TICKS)
         self._seen = Seen(0.0, is_valid=True, drive_v=None, inputs=0)
@@ -102,7 +98,7 @@ class EmulatedDrive(EmulatedNode):
         self._barrier = interpolation.OPEN
         self._stopped = (False, False)
         """Inputs forbid motion to lower and to higher positions, in the axis' unit."""
-        self._shift = self._offset_ticks = 0
+        self._shift = 0
         super().__init__(axis.node, EDS, clock)
 
     # What the node tells its profile.
@@ -128,8 +124,7 @@ class EmulatedDrive(EmulatedNode):
             ticks = self._period_ticks()
             self._set_point = interpolation.aim(self._set_point, goal, ticks)
             per_s = self.values[Axis.VELOCITY_OFFSET, 0] / self._scale
-            self._offset = interpolation.aim(self._offset, per_s, ticks)
-            self._offset_ticks = OFFSET_PERIODS * ticks
+            self._offset = interpolation.aim_offset(self._offset, per_s, ticks)
 
     def on_written(self, key: Key) -> None:
         """See `EmulatedNode.on_written`: a target counts at once."""
@@ -225,7 +220,7 @@ class EmulatedDrive(EmulatedNode):
             self._set_point = interpolation.hold(self._seen.position)
             self._servo_state, self._has_target = _AT_REST, False
             self._velocities.clear()
-            self._offset, self._offset_ticks = interpolation.hold(0.0), 0
+            self._offset = NO_OFFSET
         self._starts_homing = self._starts_homing and after == PowerState.OPERATION_ENABLED
         if self.values[Axis.MODE, 0] in _MODES:
             self.values[Axis.MODE_SHOWN, 0] = self.values[Axis.MODE, 0]
@@ -268,8 +263,7 @@ class EmulatedDrive(EmulatedNode):
             if self._mode == Mode.CYCLIC_TORQUE:
                 self._set_point = interpolation.hold(self._seen.position)
             self._set_point = interpolation.follow(self._set_point, self._bounds(), DT_S)
-            self._offset = interpolation.follow(self._offset, _ANY_SPEED, DT_S)
-            self._offset_ticks = max(self._offset_ticks - 1, 0)
+            self._offset = interpolation.follow_offset(self._offset, DT_S)
         elif self.has_torque:
             decelerates = self.values[Axis.QUICK_STOP_DECELERATION, 0]
             per_s2 = decelerates / abs(self._scale)
@@ -339,20 +333,13 @@ class EmulatedDrive(EmulatedNode):
         """
         self._velocities.append(self._set_point.velocity)
         if self._takes_offset and self.power.state == PowerState.OPERATION_ENABLED:
-            return self._offset_now()
+            return interpolation.offset_now(self._offset, self._most_per_s(), *self._stopped)
         return sum(self._velocities) / len(self._velocities)
 
     @property
     def _takes_offset(self) -> bool:
         """True where a frame of set points brings the velocity offset."""
         return any((Axis.VELOCITY_OFFSET, 0) in one.keys for one in self._receives.values())
-
-    def _offset_now(self) -> float:
-        """Speed as the host gives it; none where it falls silent, or into an input that stops."""
-        most, (lower, upper) = self._most_per_s(), self._stopped
-        offset = min(max(self._offset.position, -most), most)
-        into = (lower and offset < 0.0) or (upper and offset > 0.0)
-        return 0.0 if into or not self._offset_ticks else offset
 
     def _back_emf_v(self) -> float:
         """Volts that drive no current: by the current where it is measured, as a drive limits that.

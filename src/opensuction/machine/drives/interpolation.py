@@ -6,7 +6,7 @@ does not come leaves the set point where it is.
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 
 class SetPoint(NamedTuple):
@@ -84,3 +84,39 @@ def brake(before: SetPoint, per_s2: float, dt_s: float) -> SetPoint:
     velocity = math.copysign(speed, before.velocity)
     position = before.position + velocity * dt_s
     return SetPoint(position, velocity, position, 0)
+
+
+OFFSET_PERIODS: Final = 2
+"""So long a velocity offset counts after it has come."""
+_ANY_SPEED: Final = Bounds(-math.inf, math.inf, math.inf)
+
+
+class VelocityOffset(NamedTuple):
+    """Speed of the set point as the host gives it (0x60B1), in place of the set point's own."""
+
+    speed: SetPoint
+    ticks: int
+    """For so many more it counts."""
+
+
+NO_OFFSET: Final = VelocityOffset(hold(0.0), 0)
+
+
+def aim_offset(before: VelocityOffset, per_s: float, ticks: int) -> VelocityOffset:
+    """Reach a speed evenly within some ticks, a period of the host's."""
+    return VelocityOffset(aim(before.speed, per_s, ticks), OFFSET_PERIODS * ticks)
+
+
+def follow_offset(before: VelocityOffset, dt_s: float) -> VelocityOffset:
+    """The offset a tick on."""
+    return VelocityOffset(follow(before.speed, _ANY_SPEED, dt_s), max(before.ticks - 1, 0))
+
+
+def offset_now(offset: VelocityOffset, most: float, lower: bool, upper: bool) -> float:
+    """Speed that counts; none where the host falls silent, or into an input that stops.
+
+    most: of the drive. lower, upper: inputs forbid motion to lower and to higher positions.
+    """
+    speed = min(max(offset.speed.position, -most), most)
+    into = (lower and speed < 0.0) or (upper and speed > 0.0)
+    return 0.0 if into or not offset.ticks else speed

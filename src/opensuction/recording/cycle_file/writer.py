@@ -195,6 +195,16 @@ class RecordingWriter:
         for batch in batches:
             self._written[batch.channel] = self._written.get(batch.channel, 0) + len(batch.places)
 
+    @property
+    def room_rows(self) -> int:
+        """How many rows more the chunk takes that is being filled."""
+        return self._most_rows - self._pending_rows
+
+    @property
+    def written_chunks(self) -> int:
+        """Handed to the system so far, the heading's among them."""
+        return len(self._chunks)
+
     def add_rows(self, topic: str, times_ns: NDArray[np.uint64], table: Table) -> None:
         """Rows of a topic.
 
@@ -208,7 +218,7 @@ class RecordingWriter:
         channel = 1 + self._topics.index(topic)
         done = 0
         while done < len(table):
-            most = min(PACKED_ROWS, self._most_rows - self._pending_rows)
+            most = min(PACKED_ROWS, self.room_rows)
             some = slice(done, min(done + most, len(table)))
             rows = np.empty((some.stop - done, frame.MESSAGE_HEAD.itemsize + layout.size), np.uint8)
             row_schema.pack(layout, table[some], rows, frame.MESSAGE_HEAD.itemsize)
