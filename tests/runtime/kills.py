@@ -6,6 +6,7 @@ truth; what the dead had to say is looked for on disk and on record.
 
 import math
 import signal
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -23,7 +24,7 @@ from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
 from opensuction.runtime import launch
 from opensuction.runtime.machine_folder import CONTROLS, RECORDS, SUPERVISES
-from opensuction.runtime.supervisor import CONTROL_HUNG_S, HUNG_S
+from opensuction.runtime.supervisor import CONTROL_HUNG_S, HUNG_S, TRIES, TRIES_S
 from tests.runtime.fate import (
     SEEN,
     TOLD_WITHIN_S,
@@ -92,6 +93,8 @@ class Ward:
         self.hung: tuple[str, int] | None = None
         self.hung_s = self.replaced_s = math.inf
         """When it did, and when another one was there in its place; monotonic."""
+        self._deaths_s: deque[float] = deque(maxlen=TRIES - 1)
+        """Of the controller alone, the last before the supervisor would give it up."""
         self.supervise()
 
     def supervise(self) -> None:
@@ -120,8 +123,13 @@ class Ward:
         return self.room.now("inputs.tick") > first
 
     def begin_cycle(self) -> None:
-        """From whatever rest it has come to, to a cycle that has begun."""
+        """From whatever rest it has come to, to a cycle that has begun.
+
+        Not before the controller may die in it once more: it is given up after too many deaths.
+        """
         room = self.room
+        if len(self._deaths_s) == TRIES - 1:
+            self.follow(max(self._deaths_s[0] + TRIES_S - room.now_s(), 0.0))
         assert room.wait(lambda: self._is_ticking() and room.phase() in RESTING, 60.0)
         # Of the death before people have been told, and the lamp is out again.
         assert room.wait(lambda: not self._is_missing_somebody(), 10.0)
@@ -155,6 +163,8 @@ class Ward:
         for lock in VICTIMS[victim]:
             self.room.signal(self.room.holder(lock), signal.SIGKILL)
         self.dead_s = self.room.now_s()
+        if victim == "control":
+            self._deaths_s.append(self.dead_s)
         if victim in ("supervisor", "all"):
             assert self.supervisor is not None
             self.supervisor.wait()

@@ -197,7 +197,7 @@ class RecordingWriter:
 
     @property
     def room_rows(self) -> int:
-        """How many rows more the chunk takes that is being filled."""
+        """Rows that the chunk which is being filled takes still."""
         return self._most_rows - self._pending_rows
 
     @property
