@@ -11,7 +11,7 @@ import pytest
 from opensuction import __version__
 from opensuction.evidence import worker_pool
 from opensuction.evidence.lives import life, lives, simulated_machine
-from opensuction.evidence.lives.life import LifeResult
+from opensuction.evidence.lives.life_record import LifeResult
 from tests.cli.command import begun, opensuction, spread_here, wait_for
 
 SEED = 1
@@ -41,7 +41,7 @@ def test_a_life_that_is_played_leaves_its_timeline_and_its_recordings(tmp_path: 
 
 def test_a_life_of_a_report_that_no_longer_breaks_says_so(tmp_path: Path) -> None:
     """Its own kinds of faults are in the command that plays it."""
-    asked = ("simulate", "--faults", "stop", "--play")
+    asked = ("simulate", "--faults", "stop", "--cycles", "1", "--play")
     done = opensuction(*asked, ID, "--out", "l", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert f"Life {ID} no longer breaks anything." in done.stdout.splitlines()
@@ -65,6 +65,8 @@ def test_a_life_of_a_report_that_no_longer_breaks_says_so(tmp_path: Path) -> Non
         (("--play", "1", "--seed", "0", "--workers", "2"), "leave out --seed, --workers"),
         (("--lives", "0"), "'--lives'"),
         (("--seed", "-1"), "'--seed'"),
+        (("--cycles", "0"), "'--cycles'"),
+        (("--cycles", "31"), "'--cycles'"),
         (("--workers", "0"), "'--workers'"),
         (("--faults", "kill,plague"), "unknown kind of fault 'plague'"),
         (("--faults", ""), "unknown kind of fault ''"),

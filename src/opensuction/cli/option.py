@@ -193,10 +193,19 @@ OPTIONS: dict[str, Any] = RECORDING_OPTIONS | {
         autocompletion=completion.complete_from(completion.LIFE_FAULTS),
         show_default=False,
     ),
+    "life_cycles": typer.Option(
+        "--cycles",
+        help="Cycles of each life, one after the other, each as soon as the patient has rested, "
+        "with faults of its own. Default: 1.",
+        min=1,
+        max=30,
+        metavar="N",
+        show_default=False,
+    ),
     "play_life": typer.Option(
         "--play",
         help="Play the life of this seed alone, show its course, and write its timeline and its "
-        "recordings; with the --faults of its campaign.",
+        "recordings; with the --faults and --cycles of its campaign.",
         metavar="SEED[@VERSION]",
         show_default=False,
     ),

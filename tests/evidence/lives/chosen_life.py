@@ -1,8 +1,8 @@
 """One life with chosen faults, and the invariants that it breaks."""
 
 from opensuction.evidence.lives import life
-from opensuction.evidence.lives.life import Life, LifeResult
 from opensuction.evidence.lives.life_fault import LifeFault
+from opensuction.evidence.lives.life_record import Life, LifeResult
 
 
 def play(*faults: LifeFault, seed: int = 1) -> LifeResult:

@@ -3,8 +3,8 @@
 import pytest
 
 from opensuction.evidence.lives import life
-from opensuction.evidence.lives.life import Life
 from opensuction.evidence.lives.life_fault import ALL, RECORDER, Kind, LifeFault
+from opensuction.evidence.lives.life_record import Life
 from opensuction.ipc.ring import Place, ReadCheckpoint
 from opensuction.kernel.vocabulary import CYCLE, Phase, name_of
 from opensuction.recording.cycle_file.frame import Extent

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from opensuction.evidence.lives import life, life_page, lives
-from opensuction.evidence.lives.life import Life, WatchedLife
 from opensuction.evidence.lives.life_fault import ALL, RECORDER, SUPERVISOR, Kind, LifeFault
+from opensuction.evidence.lives.life_record import Life, WatchedLife
 from opensuction.evidence.lives.simulated_machine import NatureClock
 from opensuction.host.host import NS_PER_S
 from opensuction.kernel.vocabulary import Phase

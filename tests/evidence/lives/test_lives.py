@@ -3,12 +3,13 @@
 import gc
 from io import FileIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from opensuction.evidence.lives import life, life_fault, lives, simulated_machine
-from opensuction.evidence.lives.life import Life
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
+from opensuction.evidence.lives.life_record import Life
 from opensuction.evidence.lives.lives import Campaign
 from opensuction.evidence.lives.record_judge import INVARIANTS
 from opensuction.host import this_computer
@@ -18,6 +19,7 @@ from opensuction.kernel.interface import NO_REQUESTS, STOP
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime import recorder
 from opensuction.runtime.database_writer import DatabaseWriter
+from opensuction.runtime.journal import Begun
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import SupervisedProcess
 from tests.evidence.lives.chosen_life import broken, play
@@ -115,6 +117,47 @@ def test_a_seed_gives_the_same_life_in_this_and_in_other_processes(workers: int)
     assert [one for one in alone if one.violations] == []
     assert result.ok
     assert result.invariants == INVARIANTS
+
+
+def test_a_life_of_two_cycles_has_the_faults_of_each() -> None:
+    """The first is drawn as for a life of one; the second waits until the patient has rested."""
+    drawn = life.draw(4, cycles=2)
+    assert tuple(one for one in drawn.faults if one.cycle == 0) == life.draw(4).faults
+    assert any(one.title.endswith("#2") for one in drawn.faults)
+    found = life.play(drawn)
+    assert found.violations == ()
+    began_s = [one.at_s for one in found.events if one.what == "phase checking"]
+    rested_s = began_s[0] + 180.0
+    assert began_s[-1] > rested_s
+    came_s = {one.what: one.at_s for one in found.events if one.kind == "fault"}
+    came = [one for one in drawn.faults if f"fault {one.title}" in came_s]
+    assert {one.cycle for one in came} == {0, 1}
+    for fault in came:
+        assert (came_s[f"fault {fault.title}"] > rested_s) == (fault.cycle == 1)
+
+
+def test_a_second_cycle_that_is_not_put_on_record_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    put, begun = DatabaseWriter.put, []
+
+    def put_the_first(writer: DatabaseWriter, entry: Any, context: Any) -> None:
+        if isinstance(entry.what, Begun):
+            begun.append(entry)
+            if len(begun) > 1:
+                return
+        put(writer, entry, context)
+
+    monkeypatch.setattr(DatabaseWriter, "put", put_the_first)
+    assert broken(life.play(Life(1, 3, ()))) == set()
+    begun.clear()
+    assert broken(life.play(Life(1, 3, (), cycles=2))) == {"kept"}
+
+
+@pytest.mark.soak
+def test_lives_of_three_cycles_hold() -> None:
+    found = lives.run(Campaign(range(100, 200), workers=2, cycles=3))
+    assert [one for one in found if one.violations] == []
 
 
 @pytest.mark.soak

@@ -3,8 +3,8 @@
 import pytest
 
 from opensuction.evidence.lives import life, paired_stretch, simulated_computer
-from opensuction.evidence.lives.life import Life, LifeResult
 from opensuction.evidence.lives.life_fault import CONTROL, RECORDER, Kind, LifeFault
+from opensuction.evidence.lives.life_record import Life, LifeResult
 from opensuction.kernel.vocabulary import Phase
 
 INSERTING, SUCTIONING = Phase.INSERTING, Phase.SUCTIONING

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from opensuction.evidence.lives import life
-from opensuction.evidence.lives.life import Life
 from opensuction.evidence.lives.life_fault import ALL, RECORDER, Kind, LifeFault
+from opensuction.evidence.lives.life_record import Life
 from opensuction.kernel.vocabulary import Phase
 from opensuction.runtime import nonvolatile_memory
 from opensuction.runtime.database_writer import DatabaseWriter

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.evidence.lives.life import LifeResult
     from opensuction.evidence.lives.life_fault import Kind
+    from opensuction.evidence.lives.life_record import Life, LifeResult
     from opensuction.evidence.lives.lives import Campaign, LivesResult, PlayedLife
 
 EVERY_LIVES = 25
@@ -34,13 +34,14 @@ class SimulateOptions(NamedTuple):
     life_seed: int | None = None
     workers: int | None = None
     life_faults: tuple[str, ...] = ()
+    life_cycles: int | None = None
     play_life: str | None = None
     results: OutputChoice = OutputChoice()
 
 
 def _carry_out(options: SimulateOptions) -> int:
     """Play lives, or one; returns the exit status."""
-    from opensuction.evidence.lives import life_fault, lives
+    from opensuction.evidence.lives import life, life_fault, lives
 
     kinds = life_fault.check_kinds(options.life_faults)
     if options.play_life is None:
@@ -50,7 +51,7 @@ def _carry_out(options: SimulateOptions) -> int:
     return delivery.deliver(
         options.results,
         f"life-{seed}",
-        lambda *_: _play(given, seed, kinds),
+        lambda *_: _play(given, life.draw(seed, kinds, options.life_cycles or 1), kinds),
         f"Living {lives.make_id(seed)}",
     )
 
@@ -66,13 +67,13 @@ def _refuse_what_is_of_a_campaign(options: SimulateOptions) -> None:
         raise InputError(f"--play plays one life, by its own seed: leave out {', '.join(many)}")
 
 
-def _play(given: str, seed: int, kinds: "tuple[Kind, ...]") -> CommandResult:
+def _play(given: str, drawn: "Life", kinds: "tuple[Kind, ...]") -> CommandResult:
     """Play one life, and show it. given: what a person named it by."""
     from opensuction.evidence.lives import life, life_page, lives, simulated_machine
     from opensuction.report import sheet
 
     with simulated_machine.room() as room:
-        watched = life.watch(life.draw(seed, kinds), room)
+        watched = life.watch(drawn, room)
         fewest = lives.shrink(watched.result, room) if watched.result.violations else ()
     found = lives.to_played(watched.result, kinds, fewest, tuple(watched.recordings))
     data = to_json(found)
@@ -93,7 +94,8 @@ def _run(options: SimulateOptions, kinds: "tuple[Kind, ...]") -> int:
 
     first = SEED if options.life_seed is None else options.life_seed
     seeds = range(first, first + (options.lives or LIVES))
-    campaign = lives.Campaign(seeds, kinds, options.workers or worker_pool.count_cores())
+    workers = options.workers or worker_pool.count_cores()
+    campaign = lives.Campaign(seeds, kinds, workers, options.life_cycles or 1)
     progress, out = ProgressTeller(), options.results
     finished: dict[int, LifeResult] = {}
     fewest = {}
@@ -212,6 +214,7 @@ Examples:
   opensuction simulate                         100 lives: some minutes
   opensuction simulate --lives 1000 --seed 5000
   opensuction simulate --faults kill,freeze
+  opensuction simulate --cycles 3              three cycles a life
   opensuction simulate --play 4711             one life, event by event
   opensuction simulate --play 4711 --out runs/4711   and its timeline there
   opensuction simulate --json | jq '.broken[].play'

@@ -109,7 +109,9 @@ class People:
         self.problems: list[str] = []
         """What they have seen that must not be."""
         self.has_cycled = False
-        """The nurse's cycle is over."""
+        """The nurse's cycles are over."""
+        self._cycles = 1
+        self._begins: Callable[[int], None] = lambda _: None
         self.unanswered: Callable[[int], None] = lambda _: None
         """See `Bedside.unanswered`."""
         self._folder = folder
@@ -120,6 +122,13 @@ class People:
     def asked_ns(self) -> dict[str, int]:
         """Instant at which each request was sent, by its key."""
         return {key: at_ns for one in self._bedsides for key, at_ns in one.asked_ns.items()}
+
+    def start_cycles(self, count: int, begins: Callable[[int], None]) -> None:
+        """Have the nurse start so many cycles.
+
+        begins: told of each but the first, by its number from 1 on, as the patient has rested.
+        """
+        self._cycles, self._begins = count, begins
 
     def hurry(self) -> None:
         """From now on they press twice."""
@@ -138,30 +147,27 @@ class People:
         self.unanswered(sent_ns)
 
     def nurse(self, host: Host) -> Steps[None]:
-        """Start one cycle, and bring the machine back to its park position for ever.
+        """Start the cycles, and bring the machine back to its park position for ever.
 
         A catheter that was used for too long is changed first.
         """
-        bed, has_begun = self._bedside(host, NURSE), False
+        bed, number, has_begun = self._bedside(host, NURSE), 0, False
         while True:
             yield after(host.clock, LOOK_S)
             seen = bed.look()
             if seen is None:
                 continue
             has_begun = has_begun or seen.phase in CYCLE
-            self.has_cycled = has_begun and seen.phase in RESTING
+            is_last = number == self._cycles - 1
+            if has_begun and not is_last and seen.phase == Phase.PARKED and seen.is_rested:
+                number, has_begun = number + 1, False
+                self._begins(number)
+            self.has_cycled = has_begun and is_last and seen.phase in RESTING
             if seen.phase == Phase.HALTED:
                 yield after(host.clock, PATIENCE_S)
                 yield from bed.press("reset")
-            elif seen.phase == Phase.OUT_OF_SERVICE:
-                for button in ("changed", "return_to_service"):
-                    yield from bed.press(button)
-            elif seen.phase == Phase.PARKED and seen.is_worn and not has_begun:
-                yield from bed.press("service")
-            elif seen.phase == Phase.PARKED and seen.is_rested and not has_begun:
-                # The drives have acted alone until there was a controller, and show it until then.
-                for button in ("reset", "assessed", "oxygen_skipped", "start"):
-                    yield from bed.press(button)
+            for button in _find_buttons(seen, may_start=not has_begun):
+                yield from bed.press(button)
 
     def visitor(self, host: Host) -> Steps[None]:
         """Press STOP until it is answered: then nothing goes in any more."""
@@ -171,3 +177,16 @@ class People:
         seen = bed.look()
         if verdict == "pressed" and seen is not None and seen.phase in CYCLE:
             self.problems.append(f"a STOP was answered, and the machine is {seen.phase.name}")
+
+
+def _find_buttons(seen: Situation, may_start: bool) -> tuple[str, ...]:
+    """Buttons that bring a machine back, or begin a cycle."""
+    if seen.phase == Phase.OUT_OF_SERVICE:
+        return ("changed", "return_to_service")
+    if seen.phase == Phase.PARKED and may_start:
+        if seen.is_worn:
+            return ("service",)
+        if seen.is_rested:
+            # The drives have acted alone until there was a controller, and show it until then.
+            return ("reset", "assessed", "oxygen_skipped", "start")
+    return ()

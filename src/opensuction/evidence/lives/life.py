@@ -5,12 +5,11 @@ The judges are the oracle, by the twin's truth alone, and the records and record
 
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Literal, NamedTuple
 
 from opensuction.evidence.lives import life_fault, record_judge, simulated_machine
-from opensuction.evidence.lives.life_course import Course, CourseWatch
+from opensuction.evidence.lives.life_course import CourseWatch
 from opensuction.evidence.lives.life_fault import (
     ALL,
     CONTROL,
@@ -20,6 +19,13 @@ from opensuction.evidence.lives.life_fault import (
     TARGETS,
     Kind,
     LifeFault,
+)
+from opensuction.evidence.lives.life_record import (
+    EventKind,
+    Life,
+    LifeEvent,
+    LifeResult,
+    WatchedLife,
 )
 from opensuction.evidence.lives.record_judge import BrokenInvariant, Circumstances
 from opensuction.evidence.lives.simulated_computer import MailShares, Step
@@ -53,54 +59,12 @@ MAIL = MailShares(lost=0.33, twice=0.33, late=0.33)
 TRACE = 16
 """Letters of the hash of a life."""
 
-EventKind = Literal["fault", "phase", "process", "told"]
 
-
-class LifeEvent(NamedTuple):
-    """Something that happened."""
-
-    at_s: float
-    """From the life's begin."""
-    what: str
-    kind: EventKind
-    """A fault of the life, a phase of the cycle, a process's begin or end, or people told."""
-
-
-class Life(NamedTuple):
-    """A life as it was drawn."""
-
-    seed: int
-    machine_seed: int
-    faults: tuple[LifeFault, ...]
-
-
-class LifeResult(NamedTuple):
-    """Outcome of a life."""
-
-    life: Life
-    violations: tuple[BrokenInvariant, ...]
-    steps: int
-    """Steps of all processes."""
-    simulated_s: float
-    trace: str
-    """Hash of all steps in their order, and of the truth."""
-    events: tuple[LifeEvent, ...]
-    """Course of the life."""
-
-
-class WatchedLife(NamedTuple):
-    """A life that somebody looked at from its begin to its end."""
-
-    result: LifeResult
-    course: Course
-    recordings: Mapping[str, bytes]
-    """Files that its recorders wrote, by their names."""
-
-
-def draw(seed: int, kinds: tuple[Kind, ...] = tuple(Kind)) -> Life:
-    """The life of a seed."""
+def draw(seed: int, kinds: tuple[Kind, ...] = tuple(Kind), cycles: int = 1) -> Life:
+    """The life of a seed; its first cycle is that of a life of one."""
     chance = random.Random(f"life {seed}")
-    return Life(seed, chance.randrange(MACHINES), life_fault.draw(chance, kinds))
+    machine_seed = chance.randrange(MACHINES)
+    return Life(seed, machine_seed, life_fault.draw(chance, kinds, cycles), cycles)
 
 
 def play(life: Life, room: Path | None = None) -> LifeResult:
@@ -129,7 +93,7 @@ class _Player:
     ) -> None:
         self._machine, self._life, self._computer = machine, life, machine.computer
         self._course = course
-        self._waiting = [one for one in life.faults if one.phase is not None]
+        self._waiting: list[LifeFault] = []
         """Faults whose phase has not begun."""
         self._over_ns = 0
         """When the last fault that has come is over."""
@@ -151,15 +115,16 @@ class _Player:
         self._computer.watch, self._computer.listen = self._see, self._hear
         self._computer.watch_passed = self._see_passed
         machine.people.unanswered = self._miss
+        machine.people.start_cycles(life.cycles, self._begin_cycle)
         if self._computer.stretches is not None:
             self._computer.stretches.seen_phase = self._phase
 
     def play(self) -> LifeResult:
         machine, began_ns = self._machine, self._began_ns
-        for one in self._life.faults:
-            if one.phase is None:
-                self._come(one)
-        most_ns = began_ns + round(LONGEST_S * NS_PER_S)
+        self._begin_cycle(0)
+        rest_s = machine.prepared.loop.controller.service.passes.rest_s
+        more_s = (self._life.cycles - 1) * (rest_s + LONGEST_S)
+        most_ns = began_ns + round((LONGEST_S + more_s) * NS_PER_S)
         while not self._is_settled() and self._computer.now_ns < most_ns:
             machine.run(SETTLES_S)
         found = self._judge_before_the_end()
@@ -178,6 +143,15 @@ class _Player:
         found += self._found
         steps = self._computer.steps
         return LifeResult(self._life, tuple(found), steps, simulated_s, trace, tuple(events))
+
+    def _begin_cycle(self, number: int) -> None:
+        """Have the faults of a cycle come: they count from the life's begin, or from its start."""
+        for one in self._life.faults:
+            if one.cycle == number:
+                if one.phase is None:
+                    self._come(one)
+                else:
+                    self._waiting.append(one)
 
     def _note(self, what: str, kind: EventKind) -> None:
         at_s = (self._computer.now_ns - self._began_ns) / NS_PER_S

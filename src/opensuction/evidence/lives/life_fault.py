@@ -78,15 +78,21 @@ class LifeFault(NamedTuple):
     """From there."""
     seconds: float
     """How long it lasts, or by how much the clock steps; 0 for what has no length."""
+    cycle: int = 0
+    """In which cycle of the life it comes, from 0 on."""
 
     @property
     def title(self) -> str:
-        """The fault as people write it: ``freeze-control@inserting+0.020=1.500``."""
+        """The fault as people write it: ``freeze-control@inserting+0.020=1.500``.
+
+        One of the second cycle has ``#2`` behind it.
+        """
         name = f"{self.kind}-{self.target}" if self.target else str(self.kind)
         where = "" if self.phase is None else name_of(Phase(self.phase))
         sign = "+" if where else ""
         length = f"={self.seconds:.4g}" if self.seconds else ""
-        return f"{name}@{where}{sign}{self.after_s:.4f}{length}"
+        cycle = f"#{self.cycle + 1}" if self.cycle else ""
+        return f"{name}@{where}{sign}{self.after_s:.4f}{length}{cycle}"
 
 
 def check_kinds(names: Sequence[str]) -> tuple[Kind, ...]:
@@ -102,9 +108,13 @@ def check_kinds(names: Sequence[str]) -> tuple[Kind, ...]:
     return tuple(dict.fromkeys(known[name] for name in names)) or tuple(Kind)
 
 
-def draw(chance: random.Random, kinds: Sequence[Kind]) -> tuple[LifeFault, ...]:
-    """One to five faults."""
-    return tuple(_draw_one(chance, kinds) for _ in range(chance.randint(1, MOST)))
+def draw(chance: random.Random, kinds: Sequence[Kind], cycles: int = 1) -> tuple[LifeFault, ...]:
+    """One to five faults in each cycle."""
+    return tuple(
+        _draw_one(chance, kinds)._replace(cycle=cycle)
+        for cycle in range(cycles)
+        for _ in range(chance.randint(1, MOST))
+    )
 
 
 def _draw_one(chance: random.Random, kinds: Sequence[Kind]) -> LifeFault:

@@ -3,9 +3,9 @@
 from itertools import pairwise
 
 from opensuction import __version__
-from opensuction.evidence.lives.life import LifeEvent, LifeResult
 from opensuction.evidence.lives.life_course import LANES, Course, ProcessState
 from opensuction.evidence.lives.life_fault import LASTS, LifeFault
+from opensuction.evidence.lives.life_record import LifeEvent, LifeResult
 from opensuction.evidence.lives.lives import PlayedLife
 from opensuction.evidence.lives.record_judge import INVARIANTS
 from opensuction.kernel.vocabulary import Phase, name_of

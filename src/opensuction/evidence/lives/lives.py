@@ -10,8 +10,8 @@ from typing import NamedTuple
 from opensuction import __version__
 from opensuction.evidence import worker_pool
 from opensuction.evidence.lives import life, simulated_machine
-from opensuction.evidence.lives.life import LifeEvent, LifeResult
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
+from opensuction.evidence.lives.life_record import LifeEvent, LifeResult
 from opensuction.evidence.lives.record_judge import INVARIANTS, BrokenInvariant
 from opensuction.kernel.errors import InputError
 
@@ -60,6 +60,8 @@ class LivesResult(NamedTuple):
     first_seed: int
     kinds: tuple[str, ...]
     """Kinds of faults that were drawn."""
+    cycles: int
+    """Of each life, one after the other."""
     invariants: Mapping[str, str]
     """Conditions that had to hold in each life."""
     broken: tuple[PlayedLife, ...]
@@ -78,6 +80,8 @@ class Campaign(NamedTuple):
     seeds: range
     kinds: tuple[Kind, ...] = tuple(Kind)
     workers: int = 1
+    cycles: int = 1
+    """Of each life."""
 
 
 def make_id(seed: int) -> str:
@@ -115,7 +119,7 @@ def run(
     InputError where the memory has no space for them.
     """
     with simulated_machine.room() as room:
-        play = partial(_play, kinds=campaign.kinds, room=room)
+        play = partial(_play, campaign=campaign, room=room)
         return worker_pool.spread(play, campaign.seeds, campaign.workers, tell, warn)
 
 
@@ -125,9 +129,9 @@ def _settle() -> None:
     gc.freeze()
 
 
-def _play(seed: int, kinds: tuple[Kind, ...], room: Path) -> LifeResult:
+def _play(seed: int, campaign: Campaign, room: Path) -> LifeResult:
     _settle()
-    return life.play(life.draw(seed, kinds), room)
+    return life.play(life.draw(seed, campaign.kinds, campaign.cycles), room)
 
 
 def shrink_all(
@@ -161,6 +165,8 @@ def to_played(
     """A life as it is reported. kinds: those that its faults were drawn from."""
     which = make_id(found.life.seed)
     drawn = "" if kinds == tuple(Kind) else f" --faults {','.join(kinds)}"
+    if found.life.cycles > 1:
+        drawn += f" --cycles {found.life.cycles}"
     return PlayedLife(
         which,
         f"opensuction simulate --play {which}{drawn}",
@@ -201,6 +207,7 @@ def to_result(
         complete=len(found) == len(campaign.seeds),
         first_seed=campaign.seeds.start,
         kinds=tuple(map(str, campaign.kinds)),
+        cycles=campaign.cycles,
         invariants=dict(INVARIANTS),
         broken=broken,
         simulated_h=round(sum(one.simulated_s for one in found) / SECONDS_PER_H, 4),
