@@ -27,6 +27,15 @@ FAULTS = (
 LIFE = Life(1, 3, FAULTS)
 
 
+@pytest.mark.parametrize("kind", Kind)
+def test_a_life_with_any_kind_of_fault_has_a_page(kind: Kind) -> None:
+    fault = LifeFault(kind, RECORDER if kind in (Kind.KILL, Kind.FREEZE) else "", None, 4.0, 0.1)
+    found = life.watch(Life(1, 3, (fault,)))
+    assert found.result.violations == ()
+    html = sheet.render(life_page.page(lives.to_played(found.result), found.result, found.course))
+    assert str(kind) in html
+
+
 @pytest.fixture(scope="module")
 def watched() -> WatchedLife:
     return life.watch(LIFE)

@@ -136,6 +136,12 @@ def test_a_life_of_two_cycles_has_the_faults_of_each() -> None:
         assert (came_s[f"fault {fault.title}"] > rested_s) == (fault.cycle == 1)
 
 
+def test_a_cycle_that_is_started_after_a_stop_is_no_stop_that_was_not_acted_on() -> None:
+    """The nurse presses start 46 ms after a second person's STOP, who looks 60 ms after it."""
+    stop = LifeFault(Kind.STOP, "", None, 1.485853564687936, 0.0)
+    assert life.play(Life(138678040, 36, (stop,))).violations == ()
+
+
 def test_a_second_cycle_that_is_not_put_on_record_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

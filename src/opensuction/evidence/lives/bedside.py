@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from opensuction.host.host import Host, Steps, after
 from opensuction.ipc.mailbox import Sender
-from opensuction.ipc.ring import EventReader, FollowedRing
+from opensuction.ipc.ring import EventReader, FollowedRing, ProcessEvent
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.interface import STOP
 from opensuction.kernel.vocabulary import CYCLE, RESTING, Phase
@@ -19,6 +19,9 @@ LOOK_S = 0.1
 """How often people look at the machine."""
 PRESS_S = 0.06
 """Between two buttons of one person."""
+START = "start"
+PRESSED = "pressed"
+"""Verdict on a button that was carried out."""
 PATIENCE_S = 3.0
 """After it a person presses again what was not answered."""
 _PHASE, _TICK = (ROW_COLUMNS.index(name) for name in ("outputs.phase", "inputs.tick"))
@@ -77,6 +80,8 @@ class Bedside(Display):
         """When a request was sent, by its key."""
         self.unanswered: Callable[[int], None] = lambda _: None
         """Told when a request was sent that nobody has answered by now."""
+        self._heard: list[ProcessEvent] = []
+        """Events since the last button was pressed, until it was answered."""
 
     def press(self, button: str) -> Steps[str]:
         """Press a button; the verdict, empty where there is none within `PATIENCE_S`."""
@@ -85,6 +90,7 @@ class Bedside(Display):
         try:
             events = EventReader(self._folder / machine_folder.EVENTS)
             events.read()
+            self._heard.clear()
             sender = Sender(self._folder / machine_folder.ASK, self._who, 0.0, self._host)
             sent_ns = clock.monotonic_ns()
             for name in (key, f"{key}-again")[: 1 + self.is_impatient]:
@@ -95,11 +101,21 @@ class Bedside(Display):
         ends_ns = after(clock, PATIENCE_S)
         while clock.monotonic_ns() < ends_ns:
             yield after(clock, PRESS_S)
-            for one in events.read()[0]:
+            self._heard += events.read()[0]
+            for one in self._heard:
                 if one.fields.get("key") == key:
                     return str(one.fields["verdict"])
         self.unanswered(sent_ns)
         return ""
+
+    def has_started_since(self, button: str) -> bool:
+        """True where somebody has started a cycle after this button, which was pressed last."""
+        pressed = [
+            str(one.fields["ask"])
+            for one in self._heard
+            if one.fields["kind"] == "request" and one.fields["verdict"] == PRESSED
+        ]
+        return button in pressed and START in pressed[pressed.index(button) :]
 
 
 class People:
@@ -175,7 +191,8 @@ class People:
         while not (verdict := (yield from bed.press(STOP))):
             yield after(host.clock, LOOK_S)
         seen = bed.look()
-        if verdict == "pressed" and seen is not None and seen.phase in CYCLE:
+        goes_on = seen is not None and seen.phase in CYCLE
+        if seen is not None and goes_on and verdict == PRESSED and not bed.has_started_since(STOP):
             self.problems.append(f"a STOP was answered, and the machine is {seen.phase.name}")
 
 
@@ -188,5 +205,5 @@ def _find_buttons(seen: Situation, may_start: bool) -> tuple[str, ...]:
             return ("service",)
         if seen.is_rested:
             # The drives have acted alone until there was a controller, and show it until then.
-            return ("reset", "assessed", "oxygen_skipped", "start")
+            return ("reset", "assessed", "oxygen_skipped", START)
     return ()

@@ -109,9 +109,10 @@ def _plots(life: LifeResult, course: Course) -> tuple[Plot, Plot]:
 
 
 def _struck(life: LifeResult) -> list[tuple[LifeFault, float]]:
-    """Faults that came, and when."""
+    """Faults that came, and when: a death in the middle of something, as it did."""
     known = {f"fault {fault.title}": fault for fault in life.life.faults}
-    return [(known[one.what], one.at_s) for one in life.events if one.kind == "fault"]
+    events = [one for one in life.events if one.kind == "fault"]
+    return [(known[one.what], one.at_s) for one in events if one.what in known]
 
 
 def _short(fault: LifeFault) -> str:
