@@ -68,6 +68,21 @@ def test_a_catheter_ages_while_no_controller_runs() -> None:
     assert life.play(Life(255396292, 31, faults)).violations == ()
 
 
+def test_a_person_who_saw_nothing_of_a_cycle_starts_one_after_the_rest_of_a_pass() -> None:
+    """Power went in CHECKING, while the nurse's own processor stood still: a pass may have been
+    made, so the patient rests for three minutes first.
+    """
+    faults = (
+        LifeFault(Kind.POWER, "", None, 4.096870766103436, 0.005249572365389113),
+        LifeFault(Kind.STANDSTILL, "", Phase.CHECKING, 0.04575727590464998, 7.60060341971531),
+    )
+    found = life.play(Life(147919444, 21, faults))
+    assert found.violations == ()
+    begun_s = [one.at_s for one in found.events if one.what == "phase checking"]
+    assert len(begun_s) == 2
+    assert begun_s[1] - begun_s[0] > 180.0
+
+
 def test_a_catheter_of_unknown_age_is_changed_before_a_cycle() -> None:
     found = play(SET_BACK_AT_REST, AT_REST)
     assert found.violations == ()

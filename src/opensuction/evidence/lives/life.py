@@ -41,7 +41,8 @@ from opensuction.safety.condition import Condition
 MACHINES = simulated_machine.PREPARED
 """Machines and patients that lives are drawn from."""
 LONGEST_S = 90.0
-"""A life that has not settled by then never does."""
+"""A cycle of a life that has not settled by then never does; the patient's rest before it may come
+besides."""
 SETTLES_S = 3.0
 """So long after the last fault is over a life has settled, where the machine rests and works."""
 TOLD_S, EARLY_S = 1.0, 0.1
@@ -122,9 +123,9 @@ class _Player:
     def play(self) -> LifeResult:
         machine, began_ns = self._machine, self._began_ns
         self._begin_cycle(0)
-        rest_s = machine.prepared.loop.controller.service.passes.rest_s
-        more_s = (self._life.cycles - 1) * (rest_s + LONGEST_S)
-        most_ns = began_ns + round((LONGEST_S + more_s) * NS_PER_S)
+        # A pass that may have been made before a loss of power has its rest, too.
+        longest_s = LONGEST_S + machine.prepared.loop.controller.service.passes.rest_s
+        most_ns = began_ns + round(self._life.cycles * longest_s * NS_PER_S)
         while not self._is_settled() and self._computer.now_ns < most_ns:
             machine.run(SETTLES_S)
         found = self._judge_before_the_end()
