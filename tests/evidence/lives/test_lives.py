@@ -9,9 +9,10 @@ import pytest
 
 from opensuction.evidence.lives import life, life_fault, lives, simulated_machine
 from opensuction.evidence.lives.life_fault import Kind, LifeFault
-from opensuction.evidence.lives.life_record import Life
+from opensuction.evidence.lives.life_record import Life, LifeResult
 from opensuction.evidence.lives.lives import Campaign
 from opensuction.evidence.lives.record_judge import INVARIANTS
+from opensuction.evidence.lives.simulated_machine import JUDGED_EVERY_S
 from opensuction.host import this_computer
 from opensuction.ipc.mailbox import Mailbox
 from opensuction.kernel.errors import InputError
@@ -21,6 +22,7 @@ from opensuction.runtime import recorder
 from opensuction.runtime.database_writer import DatabaseWriter
 from opensuction.runtime.journal import Begun
 from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.recorder_process import RecorderService
 from opensuction.runtime.supervisor import SupervisedProcess
 from tests.evidence.lives.chosen_life import broken, play
 
@@ -29,6 +31,7 @@ KILL_RECORDER = LifeFault(Kind.KILL, life_fault.RECORDER, Phase.CHECKING, 0.05, 
 KILL_CONTROL = LifeFault(Kind.KILL, life_fault.CONTROL, Phase.SUCTIONING, 0.05, 0.0)
 KILL_EARLY = LifeFault(Kind.KILL, life_fault.CONTROL, Phase.PRELOADING, 0.05, 0.0)
 """The cycle is over before the catheter goes in: the life is short."""
+KILL_AT_ONCE = LifeFault(Kind.KILL, life_fault.CONTROL, Phase.CHECKING, 0.02, 0.0)
 UNSEEN = range(700_000, 700_060)
 """Seeds of their own beside those of the evidence."""
 STOPPED = LifeFault(Kind.STOP, "", Phase.INSERTING, 0.05, 0.0)
@@ -73,6 +76,34 @@ def test_what_a_controllers_death_leads_to_comes_in_its_order() -> None:
     later = course[killed:]
     assert later.index("people are told: watchdog-fired") > 0
     assert later.index("control_process is started") < later.index("phase halted")
+
+
+def _lived_between_two_looks(found: LifeResult) -> bool:
+    """True where the first controller was replaced within the second that it had begun in."""
+    begun_s = [one.at_s for one in found.events if one.what in ("phase parked", "phase halted")]
+    return int(begun_s[0] / JUDGED_EVERY_S) == int(begun_s[1] / JUDGED_EVERY_S)
+
+
+def test_a_controller_that_lives_between_two_looks_of_the_judge_is_seen() -> None:
+    """The rings of the next one are in the place of its own when the judge looks next."""
+    found = play(KILL_AT_ONCE)
+    assert _lived_between_two_looks(found)
+    assert found.violations == ()
+
+
+def test_what_nobody_kept_of_a_controller_between_two_looks_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It died just after its recorder, in a life of a campaign."""
+    faults = (
+        LifeFault(Kind.KILL, life_fault.CONTROL, Phase.CHECKING, 0.04904406898830125, 0.0),
+        LifeFault(Kind.KILL_WRITING, "", Phase.CHECKING, 0.0204382912380085, 0.0),
+    )
+    found = life.play(Life(1003135, 46, faults))
+    assert _lived_between_two_looks(found)
+    assert found.violations == ()
+    monkeypatch.setattr(RecorderService, "_finish_before", lambda *_: iter(()))
+    assert "rows" in broken(life.play(found.life))
 
 
 @pytest.mark.parametrize(

@@ -167,10 +167,13 @@ class _Player:
         self._note(what, "process")
         if self._course is not None:
             self._course.look()
-        if not self._strikes:
-            name, _, how = what.partition(" ")
-            if how == "was killed":
-                self._watch.hear_killed(name, self._computer.now_ns)
+        name, _, how = what.partition(" ")
+        if name == MODULES[CONTROL].rpartition(".")[2]:
+            # The rings of the next controller take the place of those of one that has ended, maybe
+            # before anybody looks again: one that lived between two looks was seen by nobody.
+            self._machine.witness.look()
+        if how == "was killed" and not self._strikes:
+            self._watch.hear_killed(name, self._computer.now_ns)
 
     def _miss(self, sent_ns: int) -> None:
         """Nobody has answered a person: there must be a reason."""

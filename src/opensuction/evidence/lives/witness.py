@@ -97,7 +97,11 @@ class WitnessedRun:
 
 
 class Witness:
-    """Follows the controllers of a folder; is to look more often than their rings come round."""
+    """Follows the controllers of a folder.
+
+    It is to look more often than their rings come round, and after the end of each of them: there
+    is no other place for what one has published that it has never seen.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._events_path = folder / machine_folder.EVENTS
