@@ -100,6 +100,8 @@ class HarmSearchRun(NamedTuple):
     """People were told of anything from the fault on."""
     broken: tuple[str, ...]
     """Bounds of the patient and of the commands that were broken."""
+    unavoidable: tuple[str, ...]
+    """Bounds of time that were broken and that no withdrawal could have kept."""
 
 
 class HarmSearchResult(NamedTuple):
@@ -112,6 +114,8 @@ class HarmSearchResult(NamedTuple):
     """None where no run was possible or none was asked for."""
     problems: tuple[HarmSearchRun, ...]
     """Runs that broke a bound."""
+    unavoidable: tuple[HarmSearchRun, ...]
+    """Runs that broke a bound of time which no withdrawal could have kept."""
 
 
 class HazardSummary(NamedTuple):

@@ -214,6 +214,9 @@ class TrialResult(NamedTuple):
     """Cycles in which an invariant of what the controller sends was broken."""
     violations: tuple[Violation, ...]
     left_inside: LeftInsideCycles
+    too_slow: int
+    """Cycles with one fault that broke a bound of time which no withdrawal with the drive's whole
+    voltage could have kept; people were told in time."""
     false_alarms: int
     """Cycles without a fault that tripped, were broken off or told something that was not so."""
     false_before_fault: int

@@ -42,7 +42,7 @@ def weak_spot(phase: str, at_ms: float, width_ms: float) -> Play:
         one = Injection(Fault.PUMP_WEAK, FaultInstant(None, 1.0), place.strength)
         breaches = (ADVANCE,) if worst > 0.95 else ()
         found = Harm(ADVANCE, worst, 1.0, "mm")
-        return SearchedRun(beds[place.bed], one, found, worst, breaches, False)
+        return SearchedRun(beds[place.bed], one, found, worst, breaches, (), False)
 
     return play
 

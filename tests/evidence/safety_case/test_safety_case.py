@@ -164,18 +164,23 @@ SEARCHED = HarmSearchRun(
     share=0.704,
     told=False,
     broken=(),
+    unavoidable=(),
 )
 
 
 @pytest.mark.parametrize(
     ("found", "words"),
     [
-        (HarmSearchResult(0, 0, None, ()), "-"),
-        (HarmSearchResult(9, 0, SEARCHED, ()), "70 % to force"),
-        (HarmSearchResult(9, 0, SEARCHED._replace(share=0.004), ()), "nothing borne"),
-        (HarmSearchResult(9, 0, SEARCHED._replace(share=-0.2), ()), "nothing borne"),
-        (HarmSearchResult(9, 0, SEARCHED._replace(share=None), ()), "beyond force"),
-        (HarmSearchResult(9, 2, SEARCHED._replace(share=None), (SEARCHED,) * 2), "2 of 9 broken"),
+        (HarmSearchResult(0, 0, None, (), ()), "-"),
+        (HarmSearchResult(9, 0, SEARCHED, (), ()), "70 % to force"),
+        (HarmSearchResult(9, 0, SEARCHED._replace(share=0.004), (), ()), "nothing borne"),
+        (HarmSearchResult(9, 0, SEARCHED._replace(share=-0.2), (), ()), "nothing borne"),
+        (HarmSearchResult(9, 0, SEARCHED._replace(share=None), (), ()), "beyond force"),
+        (
+            HarmSearchResult(9, 2, SEARCHED._replace(share=None), (SEARCHED,) * 2, ()),
+            "2 of 9 broken",
+        ),
+        (HarmSearchResult(9, 0, SEARCHED, (), (SEARCHED,)), "70 % to force, 1 too slow"),
     ],
 )
 def test_a_search_is_told_by_its_broken_runs_or_by_its_nearest(
@@ -207,7 +212,7 @@ def test_a_search_is_told_by_its_broken_runs_or_by_its_nearest(
 def test_the_page_tells_the_worst_searched_run(one: Hazard, run: HarmSearchRun, words: str) -> None:
     verdict = HazardVerdict(one, (result(one, 1, 1000, 4000),))
     found = safety_case.summarise(SafetyCase((1,), (verdict,)), 1.0)
-    searched = found.hazards[0]._replace(searched=HarmSearchResult(40, 0, run, ()))
+    searched = found.hazards[0]._replace(searched=HarmSearchResult(40, 0, run, (), ()))
     page = safety_case_page.page(found, [safety_case.detail(verdict, searched)])
     assert page.sections[-1].text[-1] == f"Worst of 40 searched runs: {words}"
 

@@ -31,6 +31,7 @@ def case(number: int, *faults: Fault) -> Case:
         true_alarms=(),
         commands=(),
         breaches=(),
+        unavoidable=(),
         left_inside=None,
         endpoints=ENDPOINTS,
         watched_s=10.0,

@@ -93,6 +93,11 @@ def _sentences(result: "TrialResult") -> Iterator[str]:
         )
     else:
         yield "Left inside at the end: none."
+    if result.too_slow:
+        yield (
+            f"{result.too_slow:,} cycles broke a bound of time that no withdrawal with the drive's "
+            "whole voltage could have kept."
+        )
     shown = [violation(one) for one in result.violations[:SHOWN]]
     if shown:
         yield f"Violations ({len(result.violations)}), each with what plays it again:"

@@ -160,14 +160,16 @@ class Played(NamedTuple):
         return len(self.run.columns["phase"]) - 1 - round(self.watched_s / DT_S)
 
     def judge(self) -> Judgement:
-        """Hold what the patient bore against every bound."""
-        return run_judgement.judge(
-            self.prepared.rig.machine,
+        """Hold what the patient bore against every bound, less what no withdrawal could spare."""
+        machine = self.prepared.rig.machine
+        judged = run_judgement.judge(
+            machine,
             self.prepared.loop.controller.limits.cap_mm,
             self.run.columns,
             self.run.faults,
             alone=self.alone,
         )
+        return run_judgement.spare(judged, machine, self.run)
 
     def list_command_breaches(self) -> tuple[Breach, ...]:
         """Hold what the controller sent against every invariant."""

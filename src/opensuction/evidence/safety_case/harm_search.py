@@ -63,9 +63,11 @@ class HarmSearch(NamedTuple):
     """None where no run was possible."""
     broken: tuple[SearchedRun, ...]
     """Runs that broke a bound."""
+    unavoidable: tuple[SearchedRun, ...]
+    """Runs that broke a bound of time which no withdrawal could have kept."""
 
 
-NOT_SEARCHED = HarmSearch(0, None, ())
+NOT_SEARCHED = HarmSearch(0, None, (), ())
 
 
 class SearchTask(NamedTuple):
@@ -210,8 +212,13 @@ def search(
         found = known[place] = play(hazard, place, beds)
         if found is not None:
             worst = sorted([*worst, (place, found)], key=lambda one: -one[1].share)[:KEPT]
-    broken = tuple(one for one in known.values() if one is not None and one.breaches)
-    return HarmSearch(len(known), worst[0][1] if worst else None, broken)
+    played = [one for one in known.values() if one is not None]
+    return HarmSearch(
+        runs=len(known),
+        worst=worst[0][1] if worst else None,
+        broken=tuple(one for one in played if one.breaches),
+        unavoidable=tuple(one for one in played if one.unavoidable),
+    )
 
 
 def carry_out(task: SearchTask) -> HarmSearch:

@@ -171,6 +171,8 @@ class SearchedRun(NamedTuple):
     any bound was broken."""
     breaches: tuple[str, ...]
     """Bounds of the patient and of the command side that were broken."""
+    unavoidable: tuple[str, ...]
+    """Bounds of time that were broken and that no withdrawal could have kept."""
     told: bool
     """Whether people were told of anything from the fault on."""
 
@@ -244,7 +246,7 @@ def run_searched(hazard: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedR
 
 def _judge(bed: Bed, sound: Sound, played: Played) -> SearchedRun:
     """Hold a run against every invariant and bound, with the allowances of trials."""
-    ((one, at_s, _),) = played.run.faults
+    ((one, at_s, *_),) = played.run.faults
     judged = played.judge()
     bounds = fault_allowance.raise_limits(_measure(played), () if math.isnan(at_s) else (one,))
     broken = {each.name for each in judged.breaches}
@@ -265,6 +267,7 @@ def _judge(bed: Bed, sound: Sound, played: Played) -> SearchedRun:
         nearest,
         math.inf if breaches else shares[nearest],
         breaches,
+        tuple(each.name for each in judged.unavoidable),
         any(each.at_s >= one.at.after_s for each in judged.told),
     )
 

@@ -194,6 +194,7 @@ def _searched(search: HarmSearch) -> HarmSearchResult:
         broken=len(search.broken),
         worst=None if worst is None else _searched_run(worst),
         problems=tuple(_searched_run(one) for one in search.broken),
+        unavoidable=tuple(_searched_run(one) for one in search.unavoidable),
     )
 
 
@@ -214,6 +215,7 @@ def _searched_run(run: SearchedRun) -> HarmSearchRun:
         share=_finite(run.share),
         told=run.told,
         broken=run.breaches,
+        unavoidable=run.unavoidable,
     )
 
 

@@ -172,6 +172,8 @@ class Case(NamedTuple):
     commands: tuple[Breach, ...]
     breaches: tuple[Harm, ...]
     """Bounds of the patient that were broken, but for what the faults make unavoidable."""
+    unavoidable: tuple[Harm, ...]
+    """Bounds of time that no withdrawal could have kept, with the least value of any."""
     left_inside: LeftInside | None
     """None where the tip is out."""
     endpoints: Endpoints
@@ -270,6 +272,7 @@ def judge(number: int, played: Played) -> Case:
         true_alarms=spoken.true,
         commands=played.list_command_breaches(),
         breaches=found.breaches,
+        unavoidable=found.unavoidable,
         left_inside=found.left_inside,
         endpoints=_measure(played, found.borne),
         watched_s=played.watched_s,

@@ -173,6 +173,12 @@ def _number(value: float | None) -> str:
 def _left_inside(result: TrialResult) -> list[str]:
     left = result.left_inside
     lines = ["", "## Left inside", ""]
+    if result.too_slow:
+        lines += [
+            f"{result.too_slow:,} cycles with one fault broke a bound of time that no withdrawal "
+            "with the drive's whole voltage could have kept; all of them were told in time.",
+            "",
+        ]
     if not left.total.count:
         return [*lines, "No cycle ended with the tip in the airway."]
     slowest = left.slowest_told_s

@@ -260,6 +260,7 @@ def summarise(heading: Heading, parts: Sequence[PlayedPart], effort: Effort) -> 
             command_breaches=bounds.commands.broken,
             violations=list_violations(trial, cases),
             left_inside=_left_inside(cases),
+            too_slow=sum(bool(case.unavoidable) for case in cases),
             false_alarms=bounds.false_alarms.broken,
             false_before_fault=sum(bool(case.false_alarms) for case in cases if case.counted),
             true_alarms=sum(bool(case.true_alarms) for case in sound),

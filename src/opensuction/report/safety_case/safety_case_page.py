@@ -157,10 +157,12 @@ def describe_search(found: HarmSearchResult) -> str:
     worst = found.worst
     if worst is None:
         return "-"
+    slow = f", {len(found.unavoidable)} too slow" if found.unavoidable else ""
     if worst.share is None:
-        return f"beyond {worst.bound}"
+        return f"beyond {worst.bound}{slow}"
     share = 100.0 * max(worst.share, 0.0)
-    return f"{share:.0f} % to {worst.bound}" if share >= 0.5 else "nothing borne"
+    nearest = f"{share:.0f} % to {worst.bound}" if share >= 0.5 else "nothing borne"
+    return f"{nearest}{slow}"
 
 
 def describe_days(found: DaySearchResult) -> str:
@@ -239,6 +241,11 @@ def _section(detail: HazardDetail) -> Section:
     found = hazard.searched
     if found.worst is not None:
         text.append(_worst_searched(found.runs, (*found.problems, found.worst)[0]))
+    if found.unavoidable:
+        text.append(
+            f"In {len(found.unavoidable)} searched runs a bound of time was broken that no "
+            "withdrawal with the drive's whole voltage could have kept; people were told in time."
+        )
     return Section(title, tuple(text), (_faults(detail.faults),), _plots(detail), anchor=hazard.id)
 
 

@@ -108,6 +108,8 @@ class FaultyRun:
         """Pressed in the next tick."""
         self.at_s = [float("nan")] * len(injections)
         """First tick with each fault; nan before."""
+        self.before: list[LoopState | None] = [None] * len(injections)
+        """State before that tick."""
         self._injections = injections
         self._held: set[int] = set()
         """Places of the faults whose time has not come."""
@@ -333,7 +335,7 @@ class FaultyRun:
         """Make the changes that are due before the next tick."""
         for i, injection in enumerate(self._injections):
             if self._is_waiting(i) and self._due_tick(injection) == self.done:
-                self.at_s[i] = self.done * DT_S
+                self.at_s[i], self.before[i] = self.done * DT_S, self.state
                 self._inject(injection)
         self._side.follow(self.done)
         self._take_over()

@@ -167,6 +167,8 @@ class InjectedRun(NamedTuple):
     """When the controller stopped; -1 where it did not."""
     spans: tuple[InputSpan, ...] = ()
     """What the controller got beside its readings."""
+    before: tuple[LoopState | None, ...] = ()
+    """State of both sides before the first tick with each fault; None where it never came."""
 
 
 def _check_one(injection: Injection) -> None:
@@ -258,7 +260,7 @@ def take(going: FaultyRun, injections: Sequence[Injection]) -> InjectedRun:
         Injected(injection, at_s, find_first_sign(ran, at_s))
         for injection, at_s in zip(injections, going.at_s, strict=True)
     )
-    return ran._replace(faults=found)
+    return ran._replace(faults=found, before=tuple(going.before))
 
 
 def make_room(

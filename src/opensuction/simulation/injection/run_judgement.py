@@ -19,9 +19,9 @@ from opensuction.oracle.harm import AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE, Harm
 from opensuction.result.cycle_result import LeftInsideCount
 from opensuction.safety.handling import Priority
 from opensuction.simulation import outcome
-from opensuction.simulation.injection import fault_allowance
+from opensuction.simulation.injection import fault_allowance, least_exposure
 from opensuction.simulation.injection.fault_instant import Injection
-from opensuction.simulation.injection.injection import Injected
+from opensuction.simulation.injection.injection import Injected, InjectedRun
 from opensuction.simulation.outcome import Annunciation
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
@@ -165,6 +165,9 @@ class Judgement(NamedTuple):
     """Every bound that was broken, whosoever's doing it was."""
     breaches: tuple[Harm, ...]
     """Of these the ones that the faults' own nature does not make unavoidable."""
+    unavoidable: tuple[Harm, ...]
+    """Bounds of time that no withdrawal could have kept, each with the least value that any could
+    have come to; empty before `spare`."""
     left_inside: LeftInside | None
     """None where the tip is out."""
     told: tuple[Annunciation, ...]
@@ -215,4 +218,26 @@ def judge(
         if left.unavoidable and left.in_time:
             excused.add(LEFT_INSIDE)
         breaches = tuple(one for one in breaches if one.name not in excused)
-    return Judgement(borne, found, breaches, left, told)
+    return Judgement(borne, found, breaches, (), left, told)
+
+
+def spare(judged: Judgement, machine: Machine, run: InjectedRun) -> Judgement:
+    """The judgement without the breaches of time that no withdrawal could have kept.
+
+    machine: as it was built. run: that was judged. Nothing is spared where people were not told
+    within the patient's own bound of time in the airway.
+    """
+    late = [one for one in judged.breaches if one.name in CONSEQUENCES]
+    from_s = min((one.at_s for one in run.faults if not math.isnan(one.at_s)), default=0.0)
+    within_s = BOUNDS[AgeGroup(machine.patient.age_group)].in_airway_s
+    if not late or not told_s(judged.told, from_s) - from_s <= within_s:
+        return judged
+    least = least_exposure.find(machine, run)
+    if least is None:
+        return judged
+    values = {AIRWAY_TIME: least.in_airway_s, CONTACT_TIME: least.contact_s}
+    at_least = (one._replace(worst=values[one.name]) for one in late)
+    unavoidable = tuple(one for one in at_least if one.is_broken)
+    spared = {one.name for one in unavoidable}
+    breaches = tuple(one for one in judged.breaches if one.name not in spared)
+    return judged._replace(breaches=breaches, unavoidable=unavoidable)
