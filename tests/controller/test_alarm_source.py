@@ -10,7 +10,7 @@ from opensuction.controller.calibration import PLAIN_PD, assume_nominal
 from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.interface import NO_MONITOR, Readings
-from opensuction.kernel.vocabulary import Phase
+from opensuction.kernel.vocabulary import AgeGroup, Phase
 from opensuction.procedure.cycle import check, cycle, interlocks, schedule
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.lock_out import Refusal
@@ -65,7 +65,7 @@ def found(
     """Reasons after a change of phase."""
     plan = settings().plan
     if at_patient:
-        plan = plan._replace(bench_only=False, way_in_mmhg=WAY_IN_MMHG)
+        plan = plan._replace(bench_only=False, way_in_mmhg=WAY_IN_MMHG[AgeGroup.ADULT])
     tested = check.UNTESTED._replace(failed=int(item))
     now = cycle.begin(plan, phase)._replace(cause=int(cause), check=tested)
     seen = readings() if seen is None else seen
@@ -139,7 +139,7 @@ def test_a_phase_that_takes_too_long_says_what_did_not_move() -> None:
     assert found(*preloading, at_patient=True) == STOPPED | {C.VACUUM_LOST}
     assert found(*preloading) == STOPPED | {C.HEAD_NOT_FOLLOWING}
     assert C.VALVE_STUCK_OPEN in found(Phase.CLOSING, Phase.ABORTING, late)
-    kept = readings(vacuum_mmhg=WAY_IN_MMHG)
+    kept = readings(vacuum_mmhg=WAY_IN_MMHG[AgeGroup.ADULT])
     for phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF):
         stopped = found(phase, Phase.ABORTING, late, seen=kept, at_patient=True)
         assert stopped == STOPPED | {C.HEAD_NOT_FOLLOWING}

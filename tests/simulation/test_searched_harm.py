@@ -89,3 +89,21 @@ def test_the_valve_closes_on_a_carina_that_is_lifted_to_the_tip(
     assert touched_s[0] - at_s < 0.01
     late = columns["time_s"] > touched_s[0] + 0.8
     assert columns["truth.tip_vacuum_mmhg"][late].max() == 0.0
+
+
+@pytest.mark.parametrize("strength", [0.09, 0.106, 0.12, 0.14])
+@pytest.mark.parametrize("after_s", [0.1, 0.6])
+def test_a_slit_of_the_valve_draws_nothing_or_shows_before_a_child_s_way_in_is_over(
+    strength: float, after_s: float
+) -> None:
+    """Of 15 mmHg it drew for the whole way, 63.5 mm, and nobody was told."""
+    kind, seed = Kind("child-10kg", "contact"), 8
+    prepared = sound_machine.prepare(kind, seed, COMPENSATION, spread=3.0)
+    room = played_cycle.make_room(JUDGED)
+    machine = sound_machine.play(prepared, room)
+    at_s = round(machine.healthy.spans["inserting"][0] + after_s, 3)
+    one = Injection(Fault.VALVE_STUCK_OPEN, FaultInstant(None, at_s), strength)
+    played = played_cycle.play_faulty(machine, (one,), seed, room)
+    assert played.judge().breaches == ()
+    borne = exposure.measure(prepared.rig.machine, played.run.columns)
+    assert borne.advance_mm < 51.0

@@ -3,7 +3,7 @@
 import pytest
 
 from opensuction.kernel.interface import NO_REQUESTS, Readings
-from opensuction.kernel.vocabulary import Phase
+from opensuction.kernel.vocabulary import AgeGroup, Phase
 from opensuction.procedure.cycle import cycle
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
@@ -12,7 +12,7 @@ from tests.procedure.cycle.test_progress import AT_HOME, DT_S, QUIET
 from tests.procedure.cycle.test_progress import PLAN as AT_BENCH
 from tests.settled import settled
 
-PLAN = AT_BENCH._replace(bench_only=False, way_in_mmhg=WAY_IN_MMHG)
+PLAN = AT_BENCH._replace(bench_only=False, way_in_mmhg=WAY_IN_MMHG[AgeGroup.ADULT])
 """At a patient."""
 ADVANCING = (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
 AWAY = QUIET._replace(head_wanted_mm=30.0)

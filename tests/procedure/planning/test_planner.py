@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.vocabulary import Phase
+from opensuction.kernel.vocabulary import AgeGroup, Phase
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.plan import Excitation, Plan
@@ -18,6 +18,7 @@ from opensuction.procedure.planning.protocol import (
     Protocol,
 )
 
+IN_MMHG = WAY_IN_MMHG[AgeGroup.ADULT]
 EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
 
 BENCH = Abilities(
@@ -66,16 +67,13 @@ def test_the_papers_timeline() -> None:
 def test_a_pump_that_is_slow_or_weak_is_given_as_long_as_the_pre_use_test_gives_it() -> None:
     # 285 mmHg/s less as much as of 560 mmHg is there, from 15 to 108.
     expected = pytest.approx(560.0 / 285.0 * math.log(545.0 / 452.0))
-    assert planner.build_s(BENCH, WAY_IN_MMHG, 120.0) == expected
-    assert planner.build_s(BENCH, WAY_IN_MMHG, 80.0) < planner.build_s(BENCH, WAY_IN_MMHG, 120.0)
+    assert planner.build_s(BENCH, IN_MMHG, 120.0) == expected
+    assert planner.build_s(BENCH, IN_MMHG, 80.0) < planner.build_s(BENCH, IN_MMHG, 120.0)
+    assert planner.build_s(BENCH._replace(pump_mmhg_per_s=2.0), IN_MMHG, 120.0) == VACUUM_LIMIT_S
     assert (
-        planner.build_s(BENCH._replace(pump_mmhg_per_s=2.0), WAY_IN_MMHG, 120.0) == VACUUM_LIMIT_S
+        planner.build_s(BENCH._replace(pump_occluded_mmhg=108.0), IN_MMHG, 120.0) == VACUUM_LIMIT_S
     )
-    assert (
-        planner.build_s(BENCH._replace(pump_occluded_mmhg=108.0), WAY_IN_MMHG, 120.0)
-        == VACUUM_LIMIT_S
-    )
-    assert planner.build_s(BENCH, WAY_IN_MMHG, 10.0) == 0.0
+    assert planner.build_s(BENCH, IN_MMHG, 10.0) == 0.0
 
 
 def test_a_gap_is_crossed_before_insertion_and_in_the_last_part_of_the_dwell() -> None:
@@ -231,7 +229,7 @@ def test_the_tip_waits_for_the_vacuum_half_as_long_again_as_the_pump_needs(
     abilities = BENCH._replace(pump_mmhg_per_s=pump_mmhg_per_s)
     plan = planned(PAPER._replace(bench_only=False), abilities)
     if most_s is None:
-        most_s = 1.5 * planner.build_s(abilities, WAY_IN_MMHG, PAPER.vacuum_mmhg) + 1.0
+        most_s = 1.5 * planner.build_s(abilities, IN_MMHG, PAPER.vacuum_mmhg) + 1.0
     assert plan.build_most_s == most_s
 
 

@@ -256,26 +256,26 @@ def resting(state: LineWatch, vacuum_mmhg: float, set_mmhg: float = SET) -> Line
 
 
 def test_a_resting_line_may_lose_a_little_a_second() -> None:
-    settled = BUILT._replace(rest_s=0.3, kept_mmhg=100.0, slow_mmhg=98.0, vacuum_mmhg=98.0)
+    settled = BUILT._replace(rest_s=0.3, kept_mmhg=100.0, slow_mmhg=98.6, vacuum_mmhg=98.6)
     # From the first tick on; what it had over its set point the regulator has taken.
     pumped = tick(BUILT, SET + 5.0, is_closed=True)
     assert (pumped.slow_mmhg, pumped.kept_mmhg) == (SET + 5.0, SET)
     early = resting(settled._replace(rest_s=0.0, kept_mmhg=101.0), 98.0)
     assert early.kept_mmhg == pytest.approx(101.0 * (1.0 - 0.06 * DT_S))
     assert early.rest_low_s == DT_S
-    # 0.06 of its vacuum a second; what is left is within 2 mmHg of that.
-    later = resting(settled, 98.0)
+    # 0.06 of its vacuum a second; what is left is within 1.4 mmHg of that.
+    later = resting(settled, 98.6)
     assert later.kept_mmhg == pytest.approx(100.0 - 0.06 * 100.0 * DT_S)
     assert later.rest_low_s == 0.0
-    assert resting(settled._replace(slow_mmhg=97.98), 97.98).rest_low_s == DT_S
-    # At 2 mmHg below nothing is lost yet.
-    edge = later.kept_mmhg - 2.0
+    assert resting(settled._replace(slow_mmhg=98.58), 98.58).rest_low_s == DT_S
+    # At 1.4 mmHg below nothing is lost yet.
+    edge = later.kept_mmhg - vacuum_signature.REST_FALL_MMHG
     assert resting(settled._replace(slow_mmhg=edge), edge).rest_low_s == 0.0
     assert resting(settled._replace(slow_mmhg=below(edge)), below(edge)).rest_low_s == DT_S
     # A set point of 1 mmHg is one.
     assert resting(BUILT, 98.0, set_mmhg=1.0).rest_s == DT_S
     # A line that loses less is held to what it still has.
-    assert resting(settled._replace(kept_mmhg=97.0), 98.0).kept_mmhg == 98.0
+    assert resting(settled._replace(kept_mmhg=97.0, slow_mmhg=98.0), 98.0).kept_mmhg == 98.0
     # Pumped, vented or open it is not looked at.
     low = settled._replace(kept_mmhg=120.0, rest_low_s=0.05)
     assert resting(low, 98.0).rest_low_s == 0.05 + DT_S

@@ -25,6 +25,7 @@ LEAST_SET = PAEDIATRIC.vacuum_mmhg[AgeGroup.NEONATE]
 """A neonate's set point, the lowest: a share of it is least there."""
 CHILD_SET = PAEDIATRIC.vacuum_mmhg[AgeGroup.CHILD]
 SET = ADULT.vacuum_mmhg[AgeGroup.ADULT]
+MOST_IN = WAY_IN_MMHG[AgeGroup.ADULT]
 SINCE_VENTED_S = 60.0
 """From the vented line of the pre-use test to the end of a cycle, at most; assumed."""
 WATCH = "safety.watch.vacuum_signature"
@@ -199,15 +200,11 @@ def thresholds() -> list[Threshold]:
         ),
         row(
             (
-                ("procedure.cycle.progress", "KEPT_SHARE"),
+                ("procedure.cycle.progress", "KEPT_MMHG"),
                 ("procedure.cycle.progress", "KEPT_S"),
             ),
-            f"vacuum that the resting line must keep before the way in, {WAY_IN_MMHG:g} mmHg",
-            Place(
-                progress.KEPT_SHARE * WAY_IN_MMHG,
-                WAY_IN_MMHG,
-                LEAK_PER_S * progress.KEPT_S * WAY_IN_MMHG,
-            ),
+            f"vacuum that the line must keep before the way in, an adult's {MOST_IN:g} mmHg",
+            Place(progress.KEPT_MMHG, MOST_IN, LEAK_PER_S * progress.KEPT_S * MOST_IN),
             "gain, drift, the leakiest sound line; the insertion waits, it is no trip",
             (Fault.VALVE_STUCK_OPEN, Fault.REGULATOR_FAILED),
             progress.KEPT_S + filter_s,

@@ -31,9 +31,9 @@ RESTING_MM_PER_S = 0.5
 KEPT_S = 0.3
 """How long the resting line must have kept its vacuum before the tip goes in: a free 12 Fr catheter
 takes all of it from 0.8 L meanwhile, and the gap takes longer [computed]."""
-KEPT_SHARE = 0.2
-"""By how much of it the vacuum of the way in may be off: what the pump's last ticks add is let out
-at once, a sound line loses 2 % a second, and a sensor's offset of 1 mmHg is 7 %; assumed."""
+KEPT_MMHG = 3.0
+"""By how much the vacuum of the way in may be off: what the pump's last ticks add is let out at
+once, a sound line loses 2 % a second, and a sensor's offset is 1 mmHg; assumed."""
 RELEASE_TICKS = 10
 """For how long an open switch may still be chattering: 10 ms, as the governor has it."""
 HELD_S = 0.55
@@ -255,7 +255,7 @@ def is_built(plan: Plan, readings: Readings) -> bool:
 def is_kept(plan: Plan, readings: Readings) -> bool:
     """True where the line has the vacuum of the way in."""
     off_mmhg = abs(readings.line_vacuum_mmhg - plan.way_in_mmhg)
-    return readings.vacuum_valid and off_mmhg <= KEPT_SHARE * plan.way_in_mmhg
+    return readings.vacuum_valid and off_mmhg <= KEPT_MMHG
 
 
 @compiled

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from opensuction.control import motion_profile
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.vocabulary import CYCLE, Phase
+from opensuction.kernel.vocabulary import CYCLE, AgeGroup, Phase
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.check import CheckPlan
@@ -30,10 +30,12 @@ OVERDUE_SHARE = 1.5
 """A phase may last this many times its planned duration (and `SETTLE_S`)."""
 SLOW_MM_PER_S = 5.0
 """Speed of the way out where mucus comes [in-silico]: docs/evidence/2026-11-23-suction-ends.md."""
-WAY_IN_MMHG = 15.0
+WAY_IN_MMHG = {AgeGroup.ADULT: 15.0, AgeGroup.CHILD: 10.0, AgeGroup.NEONATE: 10.0}
 """Vacuum in the line while the tip goes in: a valve that opens by itself draws with no more, and a
 free 12 Fr catheter has emptied 0.8 L of it after 0.3 s [computed]; a sensor's noise of 1 mmHg and
-what its offset has drifted since it was learnt are told from that; assumed."""
+what its offset has drifted since it was learnt are told from that. Through a thin catheter a slit
+takes so long to show that a small patient's way in may be over: of 15 mmHg one of a tenth drew 1.6
+at a child's tip, for 64 mm [in-silico]."""
 PACE_SHARE = 0.5
 """Share of the planned acceleration with which it changes: a head that is still catching up after
 the gap cannot brake as hard as its reference; at all of it the tip ran 2 mm ahead, so .8
@@ -91,11 +93,11 @@ def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     )
 
 
-def way_in_mmhg(protocol: Protocol) -> float:
+def way_in_mmhg(protocol: Protocol, age: AgeGroup) -> float:
     """Vacuum of the line while the tip goes in; on a bench, where nobody is drawn at, the whole."""
     if protocol.bench_only:
         return protocol.vacuum_mmhg
-    return min(WAY_IN_MMHG, protocol.vacuum_mmhg)
+    return min(WAY_IN_MMHG[age], protocol.vacuum_mmhg)
 
 
 def build_s(abilities: Abilities, from_mmhg: float, vacuum_mmhg: float) -> float:
@@ -136,7 +138,7 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
         motion_profile.duration_s(plans.way_out(moves, deepest_mm, protocol.withdrawal_mm_per_s))
     )
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
-    build = build_s(abilities, way_in_mmhg(protocol), protocol.vacuum_mmhg)
+    build = build_s(abilities, way_in_mmhg(protocol, site.age), protocol.vacuum_mmhg)
     back_off = 0.0
     if by_contact:
         back_off = crossing_s(abilities, abilities.turn_mm) + float(
@@ -340,7 +342,7 @@ def plan(
         flow=UNSEEN,
         vacuum_mmhg=protocol.vacuum_mmhg,
         build_most_s=min(_overdue_s(times.build), VACUUM_LIMIT_S),
-        way_in_mmhg=way_in_mmhg(protocol),
+        way_in_mmhg=way_in_mmhg(protocol, site.age),
         cam_open_rad=abilities.cam_open_rad,
         pump_rests_open=False,
         bench_only=protocol.bench_only,

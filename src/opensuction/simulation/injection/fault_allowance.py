@@ -85,11 +85,11 @@ UNDETECTED_JUMP_MM = 1.0
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
 UNNOTICED_WAY_MM = 60.0
 """An adult's tip makes 60 mm in the 2 s until the line shows it, at 30 mm/s in the tube; a small
-patient's whole way is 42 mm of tube and 16 mm to the carina [computed]. Under no more than the 15
+patient's whole way is 42 mm of tube and 16 mm to the carina [computed]. Under no more than the 10
 mmHg that the line has on the way in."""
 OPEN_WAY_MM = 6.0
 SLIT_WAY_MM = 7.5
-"""A slide that is wholly open shows within 12.3 mm of a small patient's way under 15 mmHg. One that
+"""A slide that is wholly open shows within 12.3 mm of a small patient's way under 10 mmHg. One that
 is open by less takes the line's vacuum more slowly, and draws with less: 27 mm under 4.5 mmHg at
 .3, 41 under 3 at a fifth (six to eight machines of each kind, from before the insertion to its end
 [in-silico])."""
